@@ -82,7 +82,7 @@ static kempe_status complain_drives(const kempe_assembly *a)
             kmp_text_printf(&names, "%s'%s'", count++ ? ", " : "", last->name);
         }
     (void)kmp_complain(
-        a->system->context, model->files[last->place.file], last->place.line, last->place.column,
+        a->system->context, model->source.files[last->place.file], last->place.line, last->place.column,
         "the drives %s prescribe %d motions, but the mechanism has %d degree%s of freedom: leave out the "
         "drives that follow from the others",
         names.s ? names.s : "", a->drives, a->freedoms, a->freedoms == 1 ? "" : "s");
@@ -122,8 +122,8 @@ static kempe_status complain_open(const kempe_assembly *a)
                     turned     ? "; turn the axes of one of them, or start"
                     : measured ? "; check its lengths, or start"
                                : ": its gap is not a number there; start");
-    (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
-                       "%s", why.s ? why.s : "");
+    (void)kmp_complain(a->system->context, model->source.files[worst->place.file], worst->place.line,
+                       worst->place.column, "%s", why.s ? why.s : "");
     kmp_text_free(&why);
     return KEMPE_E_FAILED;
 }

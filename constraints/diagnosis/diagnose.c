@@ -681,7 +681,7 @@ static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
     KMP_TRY(kmp_made(model->context, c->mechanism));
     *c->mechanism = *model;
     c->mechanism->motion_count = kmp_model_coordinates(model);
-    c->mechanism->has_digest = false;
+    c->mechanism->source.has_digest = false;
     c->mechanism->state_count = c->mechanism->force_count = c->mechanism->sensor_count = 0;
     c->mechanism->closure_count -= kmp_model_friction_count(model);
     c->mechanism->output_count = c->mechanism->run.until_count = 0;

@@ -47,8 +47,8 @@ static kmp_ref slope(const kmp_tree *tree, const kmp_closure *closure, int row, 
     kmp_noted aside = {0}; /* conditions have their values from the row itself */
     kmp_tree symbolic = *tree;
     kmp_ref leaf[3];
-    symbolic.noted = &aside;
-    symbolic.settled = true; /* what stays constant along the motion is not a condition */
+    symbolic.conditions.noted = &aside;
+    symbolic.conditions.settled = true; /* what stays constant along the motion is not a condition */
     for (int i = 0; i < 3; i++)
         leaf[i] = kmp_input(g, KMP_IN_PLACE, (uint32_t)i);
     kmp_ref f = row_at(&symbolic, closure, row, leaf);

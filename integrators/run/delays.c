@@ -52,8 +52,8 @@ static kempe_status make_program(kmp_delays *x, const kempe_system *s)
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
     kmp_tree now = eq.tree, early = eq.tree;
-    now.settled = true;
-    early.events = NULL;
+    now.conditions.settled = true;
+    early.conditions.events = NULL;
     int count[] = {2 * x->count, x->count};
     kmp_ref *signal = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
     kmp_ref *before = KMP_GRAPH_NEW(eq.graph, kmp_ref, 2 * x->count);

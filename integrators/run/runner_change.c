@@ -42,7 +42,7 @@ static kempe_status check_closures(const kmp_runner *run, double t)
             return kmp_fail(run->s->context, KEMPE_E_FAILED,
                             "%s:%d:%d: closure '%s' depends on input '%s', whose %s jumps at t = %.9g s: let its "
                             "samples be cubic and extend beyond the end of the run",
-                            model->files[closure->place.file], closure->place.line, closure->place.column,
+                            model->source.files[closure->place.file], closure->place.line, closure->place.column,
                             closure->name, model->inputs[k].name, piece->jump ? "rate" : "value", t);
     }
     return KEMPE_OK;

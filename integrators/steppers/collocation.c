@@ -84,11 +84,12 @@ static double length_of(const kmp_collocation *s, double h, double contraction)
  * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
 static double collocation_longest(kmp_collocation *s, double h)
 {
-    double fresh = s->iteration == KMP_ITERATION_NEWTON ? s->contraction / (2 * s->newton.age + 1) : s->contraction;
-    double most = length_of(s, h, s->contraction);
-    if (s->ceiling > 0) {
-        most = fmin(most, s->ceiling);
-        s->ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
+    double fresh =
+        s->iteration == KMP_ITERATION_NEWTON ? s->past.contraction / (2 * s->newton.age + 1) : s->past.contraction;
+    double most = length_of(s, h, s->past.contraction);
+    if (s->past.ceiling > 0) {
+        most = fmin(most, s->past.ceiling);
+        s->past.ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
     }
     return most;
 }
@@ -98,7 +99,7 @@ static void change_iteration(kmp_collocation *s, kmp_iteration to)
     s->iteration = to;
     s->choice.trial_steps = s->choice.limited = s->choice.free = 0;
     s->choice.trust = TRUST;
-    s->ceiling = 0;
+    s->past.ceiling = 0;
     s->newton.has_jacobian = s->newton.fresh = s->newton.factored = false;
 }
 
@@ -157,13 +158,13 @@ static void collocation_choose(kmp_collocation *s, double h, double by_error, do
     /* Adds a step to the time simulated and the cycles spent of its iteration; the ones of steps before fade. */
     double *simulated = &s->choice.simulated[s->iteration], *spent = &s->choice.spent[s->iteration];
     s->base.cycles += KMP_STEP_CYCLES + s->base.ode.cycles_of_step;
-    double fades = h > GROWS * s->h_old ? 0 : FADES;
+    double fades = h > GROWS * s->past.h ? 0 : FADES;
     *simulated = fades * *simulated + h;
     *spent = fades * *spent + s->base.cycles - s->choice.cycles_before;
     s->choice.cycles_before = s->base.cycles;
     s->far -= s->far > 0;
     if (s->mixing.on)
-        by_iteration = fmin(by_iteration, length_of(s, h, s->unmixed));
+        by_iteration = fmin(by_iteration, length_of(s, h, s->past.unmixed));
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->choice.limited = held ? s->choice.limited + 1 : 0;
     s->choice.free =
@@ -201,11 +202,11 @@ void kmp_collocation_go_far(kmp_collocation *s)
 /* True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
 static bool collocation_keeps_jacobian(const kmp_collocation *s)
 {
-    double later = s->contraction * (2 * s->newton.age + 3) / (2 * s->newton.age + 1);
+    double later = s->past.contraction * (2 * s->newton.age + 3) / (2 * s->newton.age + 1);
     if (!s->newton.has_jacobian || s->iteration != KMP_ITERATION_NEWTON || !(later < 1))
         return false;
     double sweep = kmp_collocation_sweep_cost(s);
-    double more = s->contraction > 0 ? s->sweeps * (log(s->contraction) / log(later) - 1) : 0;
+    double more = s->past.contraction > 0 ? s->sweeps * (log(s->past.contraction) / log(later) - 1) : 0;
     return more * (sweep + kmp_collocation_correction_cost(s, KMP_ITERATION_NEWTON)) <
            kmp_collocation_jacobian_cost(s) + kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
 }
@@ -230,20 +231,20 @@ static void set_constants(kmp_collocation *s)
     enum { E = KMP_COLLOCATION_EIGENVALUES };
     const kmp_collocation_table *t = s->table;
     static const double none[KMP_COLLOCATION_STAGES + 1] = {0};
-    s->decay_power = log((2.0 * s->s - 1) / s->s) / log((s->s - 0.5) / (s->s - 2.5));
+    s->lanes.decay_power = log((2.0 * s->s - 1) / s->s) / log((s->s - 0.5) / (s->s - 2.5));
     for (int l = 0; l < s->w; l++) {
         int i = l < s->s ? l : s->s - 1;
-        s->c[l] = t->node[i + 1];
-        s->one[l] = 1;
-        s->zero[l] = 0;
-        s->filter[l] = l == KMP_END_SLOPE ? t->filter : 0;
+        s->lanes.c[l] = t->node[i + 1];
+        s->lanes.one[l] = 1;
+        s->lanes.zero[l] = 0;
+        s->lanes.filter[l] = l == KMP_END_SLOPE ? t->filter : 0;
         const double *legendre = l < KMP_COLLOCATION_DECAYS && l <= s->s ? t->legendre[s->s - l] : none;
-        s->decay_start[l] = legendre[0];
+        s->lanes.decay_start[l] = legendre[0];
         for (int j = 0; j < s->s; j++) {
-            s->decay[j * s->w + l] = legendre[j + 1];
-            s->a[j * s->w + l] = t->a[i][j];
-            s->aa[j * s->w + l] = t->aa[i][j];
-            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? t->end[j][l] : 0;
+            s->lanes.decay[j * s->w + l] = legendre[j + 1];
+            s->lanes.a[j * s->w + l] = t->a[i][j];
+            s->lanes.aa[j * s->w + l] = t->aa[i][j];
+            s->lanes.end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? t->end[j][l] : 0;
         }
     }
     for (int j = 0; j < s->s; j++)
@@ -303,20 +304,20 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                  {&s->ends, s->all},
                  {&s->of_motion, s->columns ? 2 * s->p * s->p : 0},
                  {&s->of_parameters, s->columns * s->p},
-                 {&s->at, 1},
-                 {&s->once, s->s},
-                 {&s->twice, s->s},
-                 {&s->end, s->s},
-                 {&s->one, 1},
-                 {&s->zero, 1},
-                 {&s->ahead, s->s + 1},
-                 {&s->c, 1},
-                 {&s->a, s->s},
-                 {&s->aa, s->s},
-                 {&s->hc, 1},
-                 {&s->filter, 1},
-                 {&s->decay, s->s},
-                 {&s->decay_start, 1},
+                 {&s->lanes.at, 1},
+                 {&s->lanes.once, s->s},
+                 {&s->lanes.twice, s->s},
+                 {&s->lanes.end, s->s},
+                 {&s->lanes.one, 1},
+                 {&s->lanes.zero, 1},
+                 {&s->lanes.ahead, s->s + 1},
+                 {&s->lanes.c, 1},
+                 {&s->lanes.a, s->s},
+                 {&s->lanes.aa, s->s},
+                 {&s->lanes.hc, 1},
+                 {&s->lanes.filter, 1},
+                 {&s->lanes.decay, s->s},
+                 {&s->lanes.decay_start, 1},
                  {&s->newton.outof, 2 * KMP_COLLOCATION_EIGENVALUES},
                  {&s->mixing.change, s->inner},
                  {&s->mixing.place, s->inner},
@@ -356,7 +357,7 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->first = true;
     s->rejected = s->has_step = s->collapsed = s->newton.has_jacobian = s->newton.fresh = s->newton.factored = false;
     s->choice.limited = s->choice.free = 0;
-    s->ceiling = 0;
+    s->past.ceiling = 0;
     s->choice.cycles_before = s->base.cycles;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
@@ -425,7 +426,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     /* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
     if (!s->first)
         next =
-            fmin(next, after_error(h, SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1))));
+            fmin(next, after_error(h, SAFETY * h / s->past.h * pow(s->past.error / (error * error), 1.0 / (s->s + 1))));
     kmp_iteration iteration = s->iteration;
     double most = collocation_longest(s, h), by_error = h * by;
     /* The derivatives at the start of the step: the values of f; without the stiff part of their difference from the
@@ -451,8 +452,8 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
         next = h;
     s->base.work.steps++;
     s->base.stiff = iteration != KMP_ITERATION_PICARD;
-    s->error_old = fmax(OLD_ERROR_FLOOR, error);
-    s->h_old = h;
+    s->past.error = fmax(OLD_ERROR_FLOOR, error);
+    s->past.h = h;
     kmp_solver_swap(&s->y, &s->y_old);
     kmp_solver_swap(&s->dy, &s->dy_new);
     kmp_solver_swap(&s->g, &s->g_old);
@@ -493,7 +494,7 @@ static kempe_status step(void *solver)
                     : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
                                                             : h / 2;
         if (what == KMP_COLLOCATION_BAD_ITERATION) {
-            s->ceiling = s->base.h;
+            s->past.ceiling = s->base.h;
             s->newton.has_jacobian = s->newton.has_jacobian && s->newton.fresh;
         }
         s->rejected = true;

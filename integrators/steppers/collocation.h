@@ -77,6 +77,26 @@ typedef struct kmp_iteration_choice {
     double picard; /* estimate of the contraction of Picard's iteration by a correction of Newton's */
 } kmp_iteration_choice;
 
+/* The numbers of the table in lanes, with the step: column by column. */
+typedef struct kmp_table_lanes {
+    double *at;                       /* w: times */
+    double *c, *a, *aa;               /* w, s w, s w: columns of c, A and A A */
+    double *once, *twice, *ahead;     /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
+    double *end;                      /* s w: columns of the table's sums at the end */
+    double *decay, *decay_start;      /* s w and w: columns of the last Legendre coefficients */
+    double decay_power;               /* the error's power of their ratio */
+    double *one, *zero, *hc, *filter; /* w */
+} kmp_table_lanes;
+
+/* Measures of earlier steps, by which the next one is chosen. */
+typedef struct kmp_past_steps {
+    double contraction;     /* of the last iteration */
+    double unmixed;         /* the same of its first two corrections, which are not combined */
+    double tried, expected; /* its step; the contraction in this attempt, by the contraction of the one before */
+    double error, h;        /* of the last step; 0: of none */
+    double ceiling;
+} kmp_past_steps;
+
 typedef struct kmp_collocation {
     kmp_solver base; /* first */
     const kmp_collocation_method *method;
@@ -104,21 +124,12 @@ typedef struct kmp_collocation {
     double *stage, *f;                /* n w: the stages and their derivatives */
     double *change, *g_before, *ends; /* all w */
     double *of_motion, *of_parameters; /* of the equations that follow: A, b, in lanes */
-    double *at;                        /* w: times */
-    double *c, *a, *aa;                /* w, s w, s w: columns of c, A and A A */
-    double *once, *twice, *ahead;      /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
-    double *end;                       /* s w: columns of the table's sums at the end */
-    double *decay, *decay_start;       /* s w and w: columns of the last Legendre coefficients */
-    double decay_power;                /* the error's power of their ratio */
-    double *one, *zero, *hc, *filter;  /* w */
+    kmp_table_lanes lanes;
     kmp_newton_stages newton;
     kmp_coupled_stages coupled;
     kmp_mixing mixing;
-    double contraction;     /* of the last iteration */
-    double unmixed;         /* the same of its first two corrections, which are not combined */
-    double tried, expected; /* its step; the contraction in this attempt, by the contraction of the one before */
-    double ready;           /* bound of the remainder of a correction, over its size */
-    double error_old, h_old, ceiling;
+    kmp_past_steps past;
+    double ready; /* bound of the remainder of a correction, over its size */
     kmp_iteration iteration;
     kmp_iteration_choice choice;
     int sweeps;       /* of the last step */

@@ -177,7 +177,7 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
     const double *f = s->f + s->all_p * w;
     double by[8];
     for (int l = 0; l < w; l++)
-        s->at[l] = t;
+        s->lanes.at[l] = t;
     for (int c = 0; c < columns && said == KMP_GO; c += w - 1) {
         int count = columns - c < w - 1 ? columns - c : w - 1;
         for (int k = 0; k < columns; k++)
@@ -201,7 +201,7 @@ static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
     memcpy(y, s->y, (size_t)s->n * sizeof *y);
     for (int k = 0; k < s->p + s->inner; k++)
         y[kmp_collocation_unknown(s, k)] = s->stage[kmp_collocation_unknown(s, k) * s->w + i];
-    return s->at[i];
+    return s->lanes.at[i];
 }
 
 /* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start.
@@ -668,7 +668,7 @@ bool kmp_collocation_couple(kmp_collocation *s, const double *of)
     for (int c = 0; c < n; c++)
         for (int j = 0; j < s->s; j++) {
             double *column = s->coupled.system + (ptrdiff_t)(c * s->s + j) * rows;
-            fill_column(n, w, s->once + j * w, of + (s->p + c) * size, s->twice + j * w,
+            fill_column(n, w, s->lanes.once + j * w, of + (s->p + c) * size, s->lanes.twice + j * w,
                         c < s->p ? of + c * size : NULL, column);
             column[c * w + j] += 1;
             memset(column + size, 0, (size_t)(rows - size) * sizeof *column);

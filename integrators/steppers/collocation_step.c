@@ -152,7 +152,7 @@ static int evaluate_each(kmp_collocation *s, int count)
     for (size_t l = 0; l < (size_t)count; l++) {
         for (size_t k = 0; k < n; k++)
             s->trial[k] = s->stage[k * w + l];
-        int said = s->base.ode.rhs(s->base.ode.self, s->at[l], s->trial, s->slope);
+        int said = s->base.ode.rhs(s->base.ode.self, s->lanes.at[l], s->trial, s->slope);
         if (said != KMP_GO)
             return said;
         for (size_t k = 0; k < n; k++)
@@ -167,7 +167,7 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
     bool lanes = kmp_collocation_in_lanes(s);
     s->base.work.rhs += count;
     s->base.cycles += kmp_collocation_sweep_cost(s);
-    int said = lanes ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
+    int said = lanes ? ode->lanes(ode->self, s->lanes.at, s->stage, s->f) : KMP_APART;
     if (said != KMP_APART)
         return said;
     s->base.cycles += lanes ? (count - 1) * ode->cycles : 0;
@@ -178,7 +178,7 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
 static int improve(kmp_collocation *s)
 {
     const kmp_ode *ode = &s->base.ode;
-    int said = ode->improve(ode->self, s->at, s->stage, s->f);
+    int said = ode->improve(ode->self, s->lanes.at, s->stage, s->f);
     if (said == KMP_APART)
         return kmp_collocation_evaluate(s, s->s);
     s->base.work.rhs += s->s;
@@ -192,11 +192,11 @@ static int improve(kmp_collocation *s)
 static void set_columns(kmp_collocation *s, double h)
 {
     for (int l = 0; l < s->w; l++) {
-        s->hc[l] = h * s->c[l];
-        s->at[l] = s->base.t + s->hc[l];
+        s->lanes.hc[l] = h * s->lanes.c[l];
+        s->lanes.at[l] = s->base.t + s->lanes.hc[l];
     }
-    scale(s->w, s->s, h, s->a, s->once);
-    scale(s->w, s->s, h * h, s->aa, s->twice);
+    scale(s->w, s->s, h, s->lanes.a, s->lanes.once);
+    scale(s->w, s->s, h * h, s->lanes.aa, s->lanes.twice);
 }
 
 /* Of unknowns with stage derivatives from `from` to before `to`, and of positions from `from` to before `to_p`. */
@@ -204,8 +204,9 @@ static void place_some(kmp_collocation *s, int from, int to_p, int to)
 {
     const double *y = s->y + from, *v = s->y + s->all_p + from, *g = s->g + from * s->w;
     double *stage = s->stage + from * s->w;
-    sum_lanes(s->w, to_p - from, s->s, g, s->twice, &(lane_terms){y, s->one, v, s->hc}, stage);
-    sum_lanes(s->w, to - from, s->s, g, s->once, &(lane_terms){v, s->one, v, s->zero}, stage + s->all_p * s->w);
+    sum_lanes(s->w, to_p - from, s->s, g, s->lanes.twice, &(lane_terms){y, s->lanes.one, v, s->lanes.hc}, stage);
+    sum_lanes(s->w, to - from, s->s, g, s->lanes.once, &(lane_terms){v, s->lanes.one, v, s->lanes.zero},
+              stage + s->all_p * s->w);
 }
 
 static void place(kmp_collocation *s)
@@ -249,7 +250,8 @@ static double of_slow_decay(kmp_collocation *s, double h, int p, int inner)
      * stages. */
     const double *start = s->dy + s->all_p;
     double sum[KMP_COLLOCATION_DECAYS] = {0};
-    sum_lanes(s->w, inner, s->s, s->g, s->decay, &(lane_terms){start, s->decay_start, start, s->zero}, s->g_before);
+    sum_lanes(s->w, inner, s->s, s->g, s->lanes.decay, &(lane_terms){start, s->lanes.decay_start, start, s->lanes.zero},
+              s->g_before);
     for (int k = 0; k < inner; k++)
         for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++) {
             double c = s->g_before[k * s->w + d] * s->per_scale[s->all_p + k];
@@ -260,7 +262,7 @@ static double of_slow_decay(kmp_collocation *s, double h, int p, int inner)
     double last = size[0], next = size[1], high = fmax(last, next), low = fmax(fmax(size[2], size[3]), high);
     if (!(high > 0))
         return 0;
-    double decay = high / low, part = pow(decay, s->decay_power);
+    double decay = high / low, part = pow(decay, s->lanes.decay_power);
     return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(decay)) / sqrt(p + inner);
 }
 
@@ -271,7 +273,7 @@ static double estimate(kmp_collocation *s, double h, bool whole)
     double sum = 0;
     const double *v = s->dy + s->all_p;
     int p = whole ? s->all_p : s->p, inner = whole ? s->all : s->inner;
-    sum_lanes(s->w, inner, s->s, s->g, s->end, &(lane_terms){v, s->filter, v, s->zero}, s->ends);
+    sum_lanes(s->w, inner, s->s, s->g, s->lanes.end, &(lane_terms){v, s->lanes.filter, v, s->lanes.zero}, s->ends);
     for (int k = 0; k < p; k++)
         s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
     for (int k = 0; k < inner; k++)
@@ -296,10 +298,10 @@ static double estimate(kmp_collocation *s, double h, bool whole)
 /* The estimate of the quadratures, as of the other unknowns. */
 static double estimate_of_quadratures(const kmp_collocation *s, double h)
 {
-    const double filter = s->filter[KMP_END_SLOPE];
+    const double filter = s->lanes.filter[KMP_END_SLOPE];
     double squares = 0, end[KMP_COLLOCATION_STAGES];
     for (int j = 0; j < s->s; j++)
-        end[j] = s->end[j * s->w + KMP_END_SLOPE];
+        end[j] = s->lanes.end[j * s->w + KMP_END_SLOPE];
     for (int k = s->all; k < s->all + s->q; k++) {
         const double *rate = s->g + k * s->w;
         double sum = s->dy[s->all_p + k] * filter;
@@ -378,13 +380,13 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
 /* True if the iteration converges after sweep k, by the ratio of the last two corrections. */
 static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
 {
-    *shorter = fmin(LESS, fmax(LEAST, sqrt(CONTRACTS / s->contraction)));
-    if (!(s->contraction < SLOW))
+    *shorter = fmin(LESS, fmax(LEAST, sqrt(CONTRACTS / s->past.contraction)));
+    if (!(s->past.contraction < SLOW))
         return false;
-    s->ready = s->contraction / (1 - s->contraction);
+    s->ready = s->past.contraction / (1 - s->past.contraction);
     double last = s->ready * size;
     for (int more = k; more < s->most_sweeps - 1 && last >= s->limit; more++)
-        last *= s->contraction;
+        last *= s->past.contraction;
     return k < 4 || last < s->limit;
 }
 
@@ -399,18 +401,18 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
             return what;
         if (k > 1) {
             double rate = size / before;
-            s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
+            s->past.contraction = k == 2 ? rate : sqrt(rate * rate_before);
             rate_before = rate;
-            s->unmixed = k == 2 ? rate : s->unmixed;
+            s->past.unmixed = k == 2 ? rate : s->past.unmixed;
             /* Mixing may still make an iteration converge that does not by itself. */
-            bool turns = s->mixing.on && !(s->contraction < SLOW) && k <= TURNS &&
+            bool turns = s->mixing.on && !(s->past.contraction < SLOW) && k <= TURNS &&
                          size / began < (k == 2 ? GROWS_AT_ONCE : GROWS);
             if (!turns && !is_hopeful(s, k, size, shorter))
                 return KMP_COLLOCATION_BAD_ITERATION;
         }
         before = fmax(size, DBL_MIN);
         began = k == 1 ? before : began;
-        if (s->contraction < SLOW && s->ready * size <= s->limit)
+        if (s->past.contraction < SLOW && s->ready * size <= s->limit)
             return KMP_COLLOCATION_TAKEN;
         if (k == 2 || k == 4) {
             *error = estimate(s, h, false);
@@ -424,10 +426,10 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
 
 static void begin(kmp_collocation *s, double h)
 {
-    s->expected = s->tried > 0 ? s->contraction * h * h / (s->tried * s->tried) : 0;
-    s->tried = h;
+    s->past.expected = s->past.tried > 0 ? s->past.contraction * h * h / (s->past.tried * s->past.tried) : 0;
+    s->past.tried = h;
     s->ready = 1;
-    s->contraction = 0;
+    s->past.contraction = 0;
     s->evaluated = s->near = false;
     s->mixing.count = 0;
     s->mixing.on = false;
@@ -437,11 +439,13 @@ static void begin(kmp_collocation *s, double h)
     if (s->has_step) {
         double x[KMP_COLLOCATION_LANES];
         for (int l = 0; l < s->w; l++)
-            x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(s->table, s->w, x, s->ahead);
+            x[l] = 1 + s->lanes.c[l] * h / s->taken;
+        kmp_collocation_weights(s->table, s->w, x, s->lanes.ahead);
     }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->all_p, *lanes = s->has_step ? s->ahead : s->one;
-    sum_lanes(s->w, s->all, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->all_p,
+                 *lanes = s->has_step ? s->lanes.ahead : s->lanes.one;
+    sum_lanes(s->w, s->all, stages, s->g_old, s->lanes.ahead + s->w, &(lane_terms){base, lanes, base, s->lanes.zero},
+              s->g);
 }
 
 /* -- equations that follow ------------------------------------------------------------------------------- */
@@ -573,7 +577,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     if (what == KMP_COLLOCATION_TAKEN)
         what = iterate(s, h, error, shorter);
     bool failed = what == KMP_COLLOCATION_BAD_ITERATION || what == KMP_COLLOCATION_BAD_STAGE;
-    if (failed && s->near && s->expected < CONTRACTS) {
+    if (failed && s->near && s->past.expected < CONTRACTS) {
         /* Sweeps at places nearby have not converged, and the length of the step does not explain that: from
          * the prediction on only by f. */
         begin(s, h);
@@ -587,7 +591,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
         what = follow(s, shorter);
     const kmp_ode *ode = &s->base.ode;
     if (what == KMP_COLLOCATION_TAKEN && ode->integrands && kmp_collocation_in_lanes(s) &&
-        ode->integrands(ode->self, s->at, s->stage, s->f) != KMP_GO)
+        ode->integrands(ode->self, s->lanes.at, s->stage, s->f) != KMP_GO)
         what = KMP_COLLOCATION_BAD_STAGE;
     if (what != KMP_COLLOCATION_TAKEN)
         return what;

@@ -72,7 +72,7 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     unsigned depends = kmp_graph_node(eq->graph, kmp_id(h))->depends;
     bool moves = depends & (1u << KMP_IN_TIME);
     if (depends & (1u << KMP_IN_PARAMETER) && eq->tree.keep == KMP_KEEP_NOTHING)
-        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+        return kmp_complain(eq->context, eq->model->source.files[closure->place.file], closure->place.line,
                             closure->place.column,
                             "closure '%s' cannot have variable parameters: its component %s depends on them, but not "
                             "on coordinates; let both its points depend on the same parameters",
@@ -83,7 +83,7 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
     if (!moves && fabs(gap) <= ROUNDING * size)
         return KEMPE_OK;
     if (moves)
-        return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+        return kmp_complain(eq->context, eq->model->source.files[closure->place.file], closure->place.line,
                             closure->place.column,
                             "closure '%s' cannot be satisfied at all times: its component %s depends on t only; let it "
                             "depend on a coordinate",
@@ -94,7 +94,8 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
         *misfit = fmax(*misfit, fabs(gap) / unit);
         return KEMPE_OK;
     }
-    return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line, closure->place.column,
+    return kmp_complain(eq->context, eq->model->source.files[closure->place.file], closure->place.line,
+                        closure->place.column,
                         "closure '%s' cannot be satisfied: its component %s is %.6g for all coordinates, more than the "
                         "closure_tolerance of %.2g m; move one of its points",
                         closure->name, component_name(closure, component), gap, allowed);
@@ -106,11 +107,11 @@ static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *c
     const kmp_force *force = &eq->model->forces[closure->force];
     const kmp_place at = closure->place;
     if (force->contact > 0)
-        return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column,
+        return kmp_complain(eq->context, eq->model->source.files[at.file], at.line, at.column,
                             "contact '%s': no coordinate slides or rolls its surfaces along '%s'; leave 'friction' out",
                             eq->model->forces[force->contact - 1].name, closure->name);
-    return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column, "'%s' depends on no coordinate",
-                        closure->name);
+    return kmp_complain(eq->context, eq->model->source.files[at.file], at.line, at.column,
+                        "'%s' depends on no coordinate", closure->name);
 }
 
 static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_parts *kind, int row)
@@ -140,7 +141,7 @@ static bool is_rounding(const kmp_equations *eq, kmp_ref h)
 static bool slides_otherwise(const kmp_equations *eq, const kmp_closure *closure)
 {
     const kmp_force *force = kmp_closure_is_friction(closure) ? &eq->model->forces[closure->force] : NULL;
-    return eq->tree.events && force && force->across > 0 &&
+    return eq->tree.conditions.events && force && force->across > 0 &&
            kmp_depends_on(eq->graph, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
 }
 
@@ -192,7 +193,7 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
         while (found && found->kind == KMP_EXPR_UNKNOWN) /* a name */
             found = kmp_expr_find(eq->model->unknowns[found->index].zero[0], is_bilinear, eq->model);
         if (found)
-            return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+            return kmp_complain(eq->context, eq->model->source.files[closure->place.file], closure->place.line,
                                 closure->place.column,
                                 "'%s' depends on a table %s with the method linear%s: velocities would jump at its "
                                 "lines; use the method spline",
@@ -240,7 +241,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
                 eq->closures.first[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->closures.rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k), of_rates};
             } else if (kmp_closure_is_of_modes(closure)) { /* evaluated in place it is zero */
-                status = eq->tree.events ? complain_still(eq, closure) : status;
+                status = eq->tree.conditions.events ? complain_still(eq, closure) : status;
             } else if (status != KEMPE_E_MEMORY) {
                 kempe_status met =
                     constant_row(eq, closure, k, h[k], size, pow(length, power_of(model, closure, kind, k)));
@@ -278,7 +279,7 @@ static kempe_status check_expression(const kmp_equations *eq, kmp_place place, c
     int kept = 0;
     while (kmp_tree_kept(&eq->tree, closure, kept) >= 0)
         kept++;
-    return kmp_complain(eq->context, eq->model->files[place.file], place.line, place.column,
+    return kmp_complain(eq->context, eq->model->source.files[place.file], place.line, place.column,
                         "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: equations that no coordinate "
                         "changes have none",
                         what, name, loop, lambda->number + 1, loop, kept, kept == 1 ? "" : "s");

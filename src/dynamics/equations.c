@@ -41,12 +41,12 @@ KMP_NOINLINE static void solve(const kmp_tree *tree, int index, const kmp_unknow
 {
     kmp_tree inner = *tree; /* within a group kinks stay kinks */
     kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
-    inner.kinks = false;
+    inner.conditions.kinks = false;
     if (u->count == 0) {
         value[0] = kmp_tree_expression(&inner, u->zero[0]);
         return;
     }
-    inner.solving = index + 1;
+    inner.names.solving = index + 1;
     for (int k = 0; k < u->count; k++) {
         residual[k] = kmp_tree_expression(&inner, u->zero[k]);
         guess[k] = kmp_tree_number(tree, &u->guess[k]);
@@ -57,8 +57,8 @@ KMP_NOINLINE static void solve(const kmp_tree *tree, int index, const kmp_unknow
 /* A named expression, whose kinks are conditions: once for all laws of forces. */
 KMP_NOINLINE static kmp_ref with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u)
 {
-    bool kept = tree->unknown && !tree->bends && (tree->row || !u->late);
-    kmp_ref own = KMP_ZERO, *value = kept ? tree->unknown + KMP_UNKNOWNS_MOST * index + 1 : &own;
+    bool kept = tree->names.value && !tree->conditions.bends && (tree->reactions.row || !u->late);
+    kmp_ref own = KMP_ZERO, *value = kept ? tree->names.value + KMP_UNKNOWNS_MOST * index + 1 : &own;
     if (*value == KMP_ZERO)
         *value = kmp_tree_expression(tree, u->zero[0]);
     return *value;
@@ -68,19 +68,19 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_ref value[KMP_UNKNOWNS_MOST];
     const kmp_unknowns *u = &tree->model->unknowns[e->index];
-    if (tree->solving == e->index + 1)
+    if (tree->names.solving == e->index + 1)
         return kmp_unknown(tree->graph, e->number);
-    if (u->count == 0 && (tree->kinks || tree->bends))
+    if (u->count == 0 && (tree->conditions.kinks || tree->conditions.bends))
         return with_kinks(tree, e->index, u);
     /* Multipliers are not final before the closures' rows are. */
-    if (!tree->unknown || (!tree->row && u->late)) {
+    if (!tree->names.value || (!tree->reactions.row && u->late)) {
         solve(tree, e->index, u, value);
         return value[e->number];
     }
-    kmp_ref *kept = tree->unknown + KMP_UNKNOWNS_MOST * e->index;
-    if (!tree->solved[e->index])
+    kmp_ref *kept = tree->names.value + KMP_UNKNOWNS_MOST * e->index;
+    if (!tree->names.solved[e->index])
         solve(tree, e->index, u, kept);
-    tree->solved[e->index] = true;
+    tree->names.solved[e->index] = true;
     return kept[e->number];
 }
 
@@ -548,14 +548,14 @@ static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, 
     if (!(again ? kmp_tree_init_again(tree, &eq->tree)
                 : kmp_tree_init(tree, eq->graph, eq->model, request->keep, request->charted)))
         return false;
-    tree->events = request->events;
-    tree->noted = eq->noted;
-    tree->row = eq->closures.first;
-    tree->reaction = kmp_closure_load;
+    tree->conditions.events = request->events;
+    tree->conditions.noted = eq->noted;
+    tree->reactions.row = eq->closures.first;
+    tree->reactions.of_closure = kmp_closure_load;
     for (int k = 0; request->modes_alone && k < eq->model->force_count; k++)
         if (kmp_force_has_modes(&eq->model->forces[k]))
             (void)kmp_friction_find(tree, &eq->model->forces[k]);
-    tree->settled = request->modes_alone;
+    tree->conditions.settled = request->modes_alone;
     tree->friction_in_place = request->friction_in_place;
     tree->given_delays = request->given_delays;
     return !kmp_graph_failed(eq->graph);

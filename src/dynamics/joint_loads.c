@@ -50,11 +50,11 @@ struct kmp_joint_loads {
 static bool copy_links(const kmp_tree *tree, kmp_tree *moved)
 {
     *moved = *tree;
-    moved->links = tree->loads->spare;
-    tree->loads->spare = NULL;
-    moved->unknown = NULL;
-    moved->events = NULL;
-    moved->noted = NULL;
+    moved->links = tree->reactions.joints->spare;
+    tree->reactions.joints->spare = NULL;
+    moved->names.value = NULL;
+    moved->conditions.events = NULL;
+    moved->conditions.noted = NULL;
     if (moved->links)
         return true;
     moved->links = KMP_GRAPH_NEW(tree->graph, kmp_link, tree->count);
@@ -67,7 +67,7 @@ static bool copy_links(const kmp_tree *tree, kmp_tree *moved)
 static void put_back(const kmp_tree *tree, int link, kmp_tree *moved)
 {
     moved->links[link] = tree->links[link];
-    tree->loads->spare = moved->links;
+    tree->reactions.joints->spare = moved->links;
 }
 
 /* Displaces and turns link `first` of the copy before its motion by the inputs KMP_IN_ALONG: about its own place, or
@@ -292,11 +292,11 @@ static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
 static kmp_vec in_ground(const kmp_tree *tree, int link, kmp_vec v)
 {
     kmp_graph *g = tree->graph;
-    if (!tree->loads->axes || (tree->heading && tree->heading[link] != KMP_ZERO))
+    if (!tree->reactions.joints->axes || (tree->heading && tree->heading[link] != KMP_ZERO))
         return kmp_link_direction(tree, link, v, 0);
     kmp_vec sum = kmp_vec_zero();
     for (int k = 0; k < 3; k++)
-        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, v.x[k], tree->loads->axes[link].e[k]));
+        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, v.x[k], tree->reactions.joints->axes[link].e[k]));
     return sum;
 }
 
@@ -345,7 +345,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
 
 kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
 {
-    kmp_joint_loads *loads = tree->loads;
+    kmp_joint_loads *loads = tree->reactions.joints;
     if (!loads->known[body])
         find_load(loads, tree, body);
     return moment ? loads->of[body].moment : loads->of[body].force;
@@ -353,7 +353,7 @@ kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
 
 const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body)
 {
-    return tree->loads->obstacle_of[body];
+    return tree->reactions.joints->obstacle_of[body];
 }
 
 /* -- sections of beams ------------------------------------------------------------------------------- */
@@ -384,7 +384,7 @@ static int station_of(const kempe_model *model, int point)
 /* About the origin of the frame and in its axes. */
 static kmp_wrench beyond_section(const kmp_tree *tree, int point)
 {
-    kmp_joint_loads *loads = tree->loads;
+    kmp_joint_loads *loads = tree->reactions.joints;
     kmp_graph *g = tree->graph;
     const int body = tree->model->points[point].body, which = tree->model->bodies[body].flexible - 1;
     const int frame = tree->mounts[body].link, s = station_of(tree->model, point);
@@ -498,8 +498,8 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     kmp_newton_euler_whole(tree, qdd, loads->forces.applied, movement, loads->inertial, effort);
     loads->qdd = qdd;
     loads->motion = movement;
-    tree->loads = loads;
-    tree->carried = kmp_joint_load;
+    tree->reactions.joints = loads;
+    tree->reactions.of_joint = kmp_joint_load;
     if (all)
         find_axes(loads, tree);
     return KEMPE_OK;
@@ -507,20 +507,20 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
 
 kempe_status kmp_joint_loads_end(kmp_equations *eq)
 {
-    const kmp_joint_loads *loads = eq->tree.loads;
+    const kmp_joint_loads *loads = eq->tree.reactions.joints;
     const kempe_model *model = eq->model;
-    eq->tree.loads = NULL;
+    eq->tree.reactions.joints = NULL;
     if (!loads || !loads->obstacle)
         return KEMPE_OK;
     if (loads->obstructed < 0) {
         const kmp_point *point = &model->points[-1 - loads->obstructed];
-        return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
+        return kmp_complain(eq->context, model->source.files[loads->obstacle->place.file], loads->obstacle->place.line,
                             loads->obstacle->place.column,
                             "with friction '%s', a nonholonomic constraint, the loads of the section of '%s.%s' are "
                             "not known: remove its section and stress from the outputs",
                             loads->obstacle->name, model->bodies[point->body].name, point->name);
     }
-    return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
+    return kmp_complain(eq->context, model->source.files[loads->obstacle->place.file], loads->obstacle->place.line,
                         loads->obstacle->place.column,
                         "with friction '%s', a nonholonomic constraint, the load of joint '%s' is not known: remove "
                         "reaction(%s) and moment(%s)",

@@ -255,17 +255,17 @@ static bool show_by_wing(kmp_equations *eq, const kmp_output *output)
 /* Conditions only of outputs are not events: they are evaluated at the state of each row. */
 kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
-    bool settled = eq->tree.settled;
+    bool settled = eq->tree.conditions.settled;
     KMP_TRY(kmp_joint_loads_begin(eq, false));
     KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
-    eq->tree.settled = true;
+    eq->tree.conditions.settled = true;
     eq->tree.uses = &eq->outputs.uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (!show_by_wing(eq, &eq->model->outputs[o]))
             derive_output(eq, forces, &eq->model->outputs[o]);
     eq->tree.uses = NULL;
-    eq->tree.settled = settled;
+    eq->tree.conditions.settled = settled;
     KMP_TRY(kmp_joint_loads_end(eq));
     return kmp_made(eq->context, !kmp_graph_failed(eq->graph));
 }

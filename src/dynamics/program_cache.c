@@ -75,12 +75,12 @@ void kmp_program_cache_set_key(kempe_system *s, const char *algorithm)
     const kempe_model *model = s->model;
     kmp_digest digest;
     kmp_digest_begin(&digest);
-    s->has_key = model->has_digest && kmp_context_cache(s->context) && kmp_cache_add_build(&digest);
+    s->has_key = model->source.has_digest && kmp_context_cache(s->context) && kmp_cache_add_build(&digest);
     if (!s->has_key)
         return;
     kmp_digest_add_text(&digest, format);
     kmp_digest_add_text(&digest, kempe_version());
-    kmp_digest_add_part(&digest, model->digest, sizeof model->digest);
+    kmp_digest_add_part(&digest, model->source.digest, sizeof model->source.digest);
     const size_t shape = kmp_arena_shape(&model->arena); /* conditions are kept by their places: paths are in between */
     kmp_digest_add_part(&digest, &shape, sizeof shape);
     kmp_digest_add_part(&digest, &model->closure_tolerance.value, sizeof(double));

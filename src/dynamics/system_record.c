@@ -336,7 +336,7 @@ static bool read_system(kmp_byte_source *b, kempe_system *s)
 kempe_system *kmp_system_recall(const kempe_model *model, const char *word)
 {
     double begin = kmp_cpu_now();
-    kempe_system *s = model->has_digest ? kmp_system_start(model) : NULL;
+    kempe_system *s = model->source.has_digest ? kmp_system_start(model) : NULL;
     if (s)
         kmp_program_cache_set_key(s, word);
     kmp_cached file = s ? kmp_program_cache_recall(s, whole) : (kmp_cached){0};

@@ -39,8 +39,8 @@ kempe_status kmp_manifest_hash_model(const kempe_model *model, hash out)
     kmp_digest digest;
     char *text = NULL;
     kmp_digest_begin(&digest);
-    if (model->has_digest) {
-        kmp_digest_add_part(&digest, model->digest, sizeof model->digest);
+    if (model->source.has_digest) {
+        kmp_digest_add_part(&digest, model->source.digest, sizeof model->source.digest);
     } else {
         KMP_TRY(kempe_model_print(model, KEMPE_JSON, &text));
         kmp_digest_add_text(&digest, text);
@@ -141,7 +141,7 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kempe_ru
     kmp_json json = kmp_json_begin(text);
     int parts = (values->count - 1) / chunk + 1;
     kmp_json_put(&json, "{ format %d kempe %s model %s file %s", KMP_FOLDER_FORMAT, kempe_version(), model->name,
-                 model->file);
+                 model->source.file);
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
     kmp_text names = {0};
     kmp_text_put(&names, "");

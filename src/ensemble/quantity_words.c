@@ -224,10 +224,10 @@ typedef struct adding {
 static kempe_status begin(adding *a, kempe_model *copy, const char *label)
 {
     int count = copy->parameter_count;
-    *a = (adding){.label = {label}, .files = copy->files, .file_count = copy->file_count};
+    *a = (adding){.label = {label}, .files = copy->source.files, .file_count = copy->source.file_count};
     a->r = (kmp_reader){.context = copy->context, .model = copy, .file = label, .locals = &a->locals};
-    copy->files = a->label;
-    copy->file_count = 1;
+    copy->source.files = a->label;
+    copy->source.file_count = 1;
     a->r.parameter_known = KMP_ARENA_NEW(&a->r.scratch, bool, count);
     a->r.parameter_values = KMP_ARENA_NEW(&a->r.scratch, double, count);
     a->r.parameter_dimensions = KMP_ARENA_NEW(&a->r.scratch, kmp_dimension, count);
@@ -245,8 +245,8 @@ static kempe_status end(adding *a)
 {
     kempe_model *copy = a->r.model;
     bool ok = !a->r.scratch.failed && !copy->arena.failed;
-    copy->files = a->files;
-    copy->file_count = a->file_count;
+    copy->source.files = a->files;
+    copy->source.file_count = a->file_count;
     kmp_arena_free(&a->r.scratch);
     return !ok ? kmp_fail_memory(copy->context) : a->r.wrong ? KEMPE_E_ARGUMENT : KEMPE_OK;
 }

@@ -217,8 +217,9 @@ kempe_status kmp_times_spacing(const kempe_system *system, double requested, dou
         return KEMPE_OK;
     if (requested > 0 || complaint.failed)
         return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
-    kempe_status status = kmp_complain(system->context, model->files[run->every_place.file], run->every_place.line,
-                                       run->every_place.column, "%s", complaint.s ? complaint.s : "");
+    kempe_status status =
+        kmp_complain(system->context, model->source.files[run->every_place.file], run->every_place.line,
+                     run->every_place.column, "%s", complaint.s ? complaint.s : "");
     kmp_text_free(&complaint);
     return status;
 }

@@ -821,7 +821,7 @@ static kempe_status find(const kempe_system *system, double *loads)
     if (kmp_tracks_are_irregular(system->model->track_count, system->model->tracks)) {
         /* A copy whose tracks are ideal, with the parts of the given one. */
         ideal = *system->model;
-        ideal.has_digest = false; /* its equations are others */
+        ideal.source.has_digest = false; /* its equations are others */
         ideal.tracks = kmp_tracks_ideal(ideal.track_count, ideal.tracks, &room);
         status = kmp_made(system->context, ideal.tracks);
         if (status == KEMPE_OK)

@@ -210,10 +210,10 @@ static void put_file(kmp_json *json, const char *name, char *text, size_t length
 /* A file that is included several times is shown once. */
 static bool is_first_of_name(const kempe_model *model, int file)
 {
-    for (int k = 0; model->files[file] && k < file; k++)
-        if (model->files[k] && strcmp(model->files[k], model->files[file]) == 0)
+    for (int k = 0; model->source.files[file] && k < file; k++)
+        if (model->source.files[k] && strcmp(model->source.files[k], model->source.files[file]) == 0)
             return false;
-    return model->files[file];
+    return model->source.files[file];
 }
 
 /* The files that the model was read from; where they are none, or cannot be read any more, the model as it is printed.
@@ -223,12 +223,13 @@ static void put_files(kmp_json *json, const kempe_model *model)
     int count = 0;
     size_t room = MOST_TEXT;
     kmp_json_array(json, "files");
-    for (int k = 0; k < model->file_count; k++) {
+    for (int k = 0; k < model->source.file_count; k++) {
         char *text = NULL;
         size_t length = 0;
         if (is_first_of_name(model, k) &&
-            kmp_file_read(model->context, KMP_FILE_INCLUDED, model->files[k], &text, &length) == KEMPE_OK && ++count)
-            put_file(json, model->files[k], text, length, &room);
+            kmp_file_read(model->context, KMP_FILE_INCLUDED, model->source.files[k], &text, &length) == KEMPE_OK &&
+            ++count)
+            put_file(json, model->source.files[k], text, length, &room);
         kmp_free(text);
     }
     kmp_context_clear(model->context);

@@ -178,8 +178,8 @@ static void nothing_is_written_unasked(void)
     loaded l = load_cached("examples/four_bar/four_bar.yaml", folder);
     kmp_variant *variant = NULL;
     kempe_system *system = NULL;
-    CHECK(l.model->has_digest && count_files(true) == 1);
-    CHECK(kmp_variant_new(l.model, 0, NULL, &variant) == KEMPE_OK && !kmp_variant_model(variant)->has_digest);
+    CHECK(l.model->source.has_digest && count_files(true) == 1);
+    CHECK(kmp_variant_new(l.model, 0, NULL, &variant) == KEMPE_OK && !kmp_variant_model(variant)->source.has_digest);
     CHECK(kempe_system_new(kmp_variant_model(variant), &system) == KEMPE_OK && !system->has_key);
     kempe_system_free(system);
     kmp_variant_free(variant);

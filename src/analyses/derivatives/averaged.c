@@ -60,7 +60,7 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
 {
     kempe_model *m = &a->model;
     *m = *given;
-    m->has_digest = false; /* its equations are others */
+    m->source.has_digest = false; /* its equations are others */
     m->forces = KMP_ARENA_NEW(&a->arena, kmp_force, m->force_count);
     m->states = KMP_ARENA_NEW(&a->arena, kmp_state, m->state_count);
     m->parameters = KMP_ARENA_NEW(&a->arena, kmp_parameter, m->parameter_count + m->state_count);

@@ -301,8 +301,8 @@ static bool add_delayed(gather *g)
     const kempe_model *model = g->eq.model;
     kmp_tree now = g->eq.tree, early = g->eq.tree;
     const int count = count_delays(model);
-    now.settled = now.kinks = true;
-    early.events = NULL;
+    now.conditions.settled = now.conditions.kinks = true;
+    early.conditions.events = NULL;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * count);
     for (int k = 0, i = 0; g->of && k < model->state_count; k++) {
         const kmp_state *state = &model->states[k];

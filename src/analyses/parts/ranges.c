@@ -204,7 +204,7 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
 static void warn_of_turns(const kempe_model *model, const char *what, const kmp_range *range)
 {
     const double most = fmax(fabs(range->from), fabs(range->to));
-    const bool degrees = model->degrees || kmp_shown_as(model->context, "rad").factor != 1;
+    const bool degrees = model->source.degrees || kmp_shown_as(model->context, "rad").factor != 1;
     if (range->dimension.kind != KMP_DIMENSION_BARE || range->expression ||
         !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
         return;
@@ -249,16 +249,16 @@ static kempe_status check_by_file(const kempe_model *model, const kmp_range *ran
     kempe_context *context = model->context;
     kempe_model *read = NULL;
     kmp_text value = {0};
-    kempe_setting *list = KMP_NEW(kempe_setting, model->setting_count + 1);
+    kempe_setting *list = KMP_NEW(kempe_setting, model->source.setting_count + 1);
     const double *power = range->dimension.power;
     kmp_text_printf(&value, "%.17g m^%.0f*kg^%.0f*s^%.0f", range->from, power[0], power[1], power[2]);
     kempe_status status = kmp_made(context, list && !value.failed);
     if (status == KEMPE_OK) {
-        for (int k = 0; k < model->setting_count; k++)
-            list[k] = model->settings[k];
-        list[model->setting_count] = (kempe_setting){range->name, value.s};
+        for (int k = 0; k < model->source.setting_count; k++)
+            list[k] = model->source.settings[k];
+        list[model->source.setting_count] = (kempe_setting){range->name, value.s};
         const bool quiet = kmp_context_quiet(context, true);
-        status = kmp_model_read_file(context, model->file, list, model->setting_count + 1, &read);
+        status = kmp_model_read_file(context, model->source.file, list, model->source.setting_count + 1, &read);
         (void)kmp_context_quiet(context, quiet);
     }
     kempe_model_free(read);
@@ -273,7 +273,7 @@ kempe_status kmp_range_fits_variable(const kempe_model *model, const char *what,
     KMP_TRY(kmp_range_fits(model->context, what, range, wanted));
     if (wanted.kind == KMP_DIMENSION_KNOWN && !kmp_dimension_is_physical(wanted))
         warn_of_turns(model, what, range);
-    if (wanted.kind == KMP_DIMENSION_BARE && kmp_dimension_is_physical(range->dimension) && model->from_file)
+    if (wanted.kind == KMP_DIMENSION_BARE && kmp_dimension_is_physical(range->dimension) && model->source.from_file)
         return check_by_file(model, range);
     return KEMPE_OK;
 }

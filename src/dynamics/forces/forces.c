@@ -132,7 +132,7 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
 {
     const kempe_model *model = tree->model;
     kmp_tree kinked = *tree;
-    kinked.kinks = kinked.watches = true;
+    kinked.conditions.kinks = kinked.conditions.watches = true;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
     forces->applied = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
     forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, model->motion_count + 1);

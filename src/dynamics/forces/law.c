@@ -109,8 +109,8 @@ static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_f
     kmp_graph *g = tree->graph;
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
     kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
-    *value = tree->settled || tree->friction_in_place ? kmp_friction_force(tree, force)
-                                                      : kmp_tree_multiplier(tree, force->closure, 0);
+    *value = tree->conditions.settled || tree->friction_in_place ? kmp_friction_force(tree, force)
+                                                                 : kmp_tree_multiplier(tree, force->closure, 0);
     (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
     apply_friction(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)

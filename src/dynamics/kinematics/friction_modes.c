@@ -16,16 +16,16 @@
 
 int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
 {
-    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
-    if (first >= 0 || !tree->events || tree->settled)
+    int first = tree->conditions.events ? kmp_events_find(tree->conditions.events, force, KMP_ROLE_SENSE) : -1;
+    if (first >= 0 || !tree->conditions.events || tree->conditions.settled)
         return first;
-    first = tree->events->count;
+    first = tree->conditions.events->count;
     for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
         const kmp_condition condition = {
             .of = force, .number = role, .role = (kmp_role)role, .text = kmp_text_take(&text)};
-        if (kmp_events_add(tree->events, condition) < 0) {
+        if (kmp_events_add(tree->conditions.events, condition) < 0) {
             kmp_graph_fail(tree->graph);
             return -1;
         }

@@ -111,8 +111,8 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 {
     const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
     unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
-    return tree->events && moves(tree->graph, less) && !(depends & late) &&
-           (!tree->settled || kmp_events_find(tree->events, of, number) >= 0);
+    return tree->conditions.events && moves(tree->graph, less) && !(depends & late) &&
+           (!tree->conditions.settled || kmp_events_find(tree->conditions.events, of, number) >= 0);
 }
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
@@ -148,11 +148,11 @@ static bool has_place(const kmp_expr *e)
 static kmp_ref stand_in(const kmp_tree *tree, kmp_condition condition, kmp_ref difference, kmp_ref otherwise)
 {
     const kmp_expr *e = condition.expr;
-    int k = kmp_events_find(tree->events, e, condition.number);
+    int k = kmp_events_find(tree->conditions.events, e, condition.number);
     condition.of = e;
     if (k < 0)
-        k = kmp_events_add(tree->events, condition);
-    if (k < 0 || (tree->place && has_place(e) && !note(tree->noted, k, difference)))
+        k = kmp_events_add(tree->conditions.events, condition);
+    if (k < 0 || (tree->place && has_place(e) && !note(tree->conditions.noted, k, difference)))
         kmp_graph_fail(tree->graph);
     return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
 }
@@ -192,9 +192,9 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
                 : e->function == KMP_FUNCTION_min ? KMP_OP_MIN
                                                   : KMP_OP_MAX;
     kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b), less = kmp_less(g, a, b);
-    if (tree->bends && can_stand(tree, e, -1, less))
+    if (tree->conditions.bends && can_stand(tree, e, -1, less))
         return branch_of(g, op, bend(tree, e, 1, kmp_sub(g, a, b)), a, b);
-    if (!tree->kinks || !can_stand(tree, e, 0, less))
+    if (!tree->conditions.kinks || !can_stand(tree, e, 0, less))
         return whole;
     kmp_ref side = kink(tree, e, 0, kmp_sub(g, a, b));
     kmp_ref branch =
@@ -218,7 +218,7 @@ void kmp_tree_watch_pulse(const kmp_tree *tree, const kmp_expr *e, kmp_ref a)
     const unsigned state = 1u << KMP_IN_Q | 1u << KMP_IN_QD;
     const bool falls = e->function == KMP_FUNCTION_exp || e->function == KMP_FUNCTION_cosh ||
                        e->function == KMP_FUNCTION_sinh || e->function == KMP_FUNCTION_tanh;
-    if (!tree->watches || !falls || !(kmp_graph_node(g, kmp_id(a))->depends & state))
+    if (!tree->conditions.watches || !falls || !(kmp_graph_node(g, kmp_id(a))->depends & state))
         return;
     for (int k = 1; k <= (int)(sizeof levels / sizeof *levels); k++) {
         kmp_ref beyond = beyond_level(g, e, k, a);
@@ -245,7 +245,7 @@ static int hold_number(const kmp_named_table *table, int side)
 static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref beyond)
 {
     kmp_graph *g = tree->graph;
-    if (tree->bends)
+    if (tree->conditions.bends)
         return kmp_select(g, bend(tree, e, k, beyond), KMP_ZERO, beyond);
     kmp_ref side = kink(tree, e, k, beyond);
     return kmp_select(g, side, kmp_select(g, kmp_less(g, KMP_ZERO, side), KMP_ZERO, beyond),
@@ -258,7 +258,7 @@ enum { MOST_KNOTS = 34, MOST_WATCHED = 1000 };
 
 static bool can_stand_at(const kmp_tree *tree, const kmp_expr *e, int first, int last, kmp_ref x)
 {
-    const int sign = tree->bends && e->table->table->method == KMP_TABLE_LINEAR ? -1 : 1;
+    const int sign = tree->conditions.bends && e->table->table->method == KMP_TABLE_LINEAR ? -1 : 1;
     bool can = moves(tree->graph, x);
     for (int k = first; can && k <= last; k++)
         can = can_stand(tree, e, sign * k, kmp_less(tree->graph, x, kmp_const(tree->graph, e->table->table->x[k])));
@@ -336,11 +336,11 @@ static kmp_ref held(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
     kmp_graph *g = tree->graph;
     const kmp_named_table *table = e->table;
     kmp_ref beyond[2], part[2];
-    bool can = moves(g, x) && (tree->bends || tree->kinks);
+    bool can = moves(g, x) && (tree->conditions.bends || tree->conditions.kinks);
     for (int side = 0; side < 2; side++) {
         const int number = hold_number(table, side);
         beyond[side] = kmp_sub(g, x, kmp_const(g, kmp_table_end(table, side)));
-        can = can && can_stand(tree, e, tree->bends ? -number : number, kmp_less(g, beyond[side], KMP_ZERO));
+        can = can && can_stand(tree, e, tree->conditions.bends ? -number : number, kmp_less(g, beyond[side], KMP_ZERO));
     }
     for (int side = 0; side < 2; side++)
         part[side] = can ? hinge(tree, e, hold_number(table, side), beyond[side])
@@ -405,7 +405,7 @@ static kmp_ref sign_between_knots(kmp_graph *g, const kmp_named_table *table, in
 static void watch_knots(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
 {
     const int number = hold_number(e->table, 2 + variable);
-    if (!tree->watches || knot_count(e->table, variable) > MOST_WATCHED || !moves(tree->graph, x))
+    if (!tree->conditions.watches || knot_count(e->table, variable) > MOST_WATCHED || !moves(tree->graph, x))
         return;
     kmp_ref sign = sign_between_knots(tree->graph, e->table, variable, x);
     if (can_stand(tree, e, number, kmp_less(tree->graph, sign, KMP_ZERO)))
@@ -439,14 +439,15 @@ static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, km
     bool ends = e->table->outside == KMP_OUTSIDE_ERROR;
     if (tree->uses && e->table->outside != KMP_OUTSIDE_LINEAR)
         note_use(tree, e, variable, x);
-    if (e->table->outside == KMP_OUTSIDE_LINEAR || !tree->events || tree->settled || !moves(tree->graph, x) ||
-        (tree->place && has_place(e)))
+    if (e->table->outside == KMP_OUTSIDE_LINEAR || !tree->conditions.events || tree->conditions.settled ||
+        !moves(tree->graph, x) || (tree->place && has_place(e)))
         return;
     for (int end = 2 * variable; end < 2 * variable + 2; end++) {
         int number = kmp_table_end_number(e->table, end);
         const kmp_condition condition = {
             .of = e, .number = number, .expr = e, .ends = ends, .told = !ends, .advice = ends ? advice : NULL};
-        if (kmp_events_find(tree->events, e, number) < 0 && kmp_events_add(tree->events, condition) < 0)
+        if (kmp_events_find(tree->conditions.events, e, number) < 0 &&
+            kmp_events_add(tree->conditions.events, condition) < 0)
             kmp_graph_fail(tree->graph);
     }
 }
@@ -486,9 +487,9 @@ kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
     else
         watch_ends(tree, e, 0, x);
     kmp_ref whole = kmp_table_at(g, number, x);
-    if (straight && (tree->bends || (tree->kinks && few)))
+    if (straight && (tree->conditions.bends || (tree->conditions.kinks && few)))
         return can_stand_at(tree, e, 1, t->count - 2, x) ? lines(tree, e, x) : whole;
-    if (!straight && !holds && tree->bends && few)
+    if (!straight && !holds && tree->conditions.bends && few)
         return can_stand_at(tree, e, 0, t->count - 1, x) ? cubics(tree, e, x, whole) : whole;
     watch_knots(tree, e, 0, x);
     return whole;
@@ -519,13 +520,13 @@ static kmp_ref table_event(const kmp_tree *tree, const kmp_condition *condition)
 /* The number of a condition whose value is noted; -1 when there is no memory. Frees the text. */
 static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, kmp_text *text)
 {
-    int k = kmp_events_find(tree->events, condition.of, condition.number);
+    int k = kmp_events_find(tree->conditions.events, condition.of, condition.number);
     if (k < 0) {
         condition.text = kmp_text_take(text);
-        k = kmp_events_add(tree->events, condition);
+        k = kmp_events_add(tree->conditions.events, condition);
     }
     kmp_text_free(text);
-    if (k >= 0 && note(tree->noted, k, value))
+    if (k >= 0 && note(tree->conditions.noted, k, value))
         return k;
     kmp_graph_fail(tree->graph);
     return -1;
@@ -548,7 +549,7 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     if (lag > 0) {
         /* Notes the value of condition k, whose input is `holds`: the difference with its lag. */
         kmp_ref by = kmp_const(g, lag);
-        if (!note(tree->noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
+        if (!note(tree->conditions.noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
             kmp_graph_fail(g);
     }
     return holds;
@@ -559,7 +560,7 @@ void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref valu
 {
     double constant;
     bool always = kmp_is_const(tree->graph, value, &constant) && constant < 0; /* from the start */
-    if (!tree->events || !(always || moves(tree->graph, value)))
+    if (!tree->conditions.events || !(always || moves(tree->graph, value)))
         return;
     const kmp_condition condition = {.of = of, .number = number, .ends = true, .advice = advice};
     kmp_text text = {0};
@@ -569,23 +570,23 @@ void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref valu
 
 bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
 {
-    const kmp_expr *e = tree->events->condition[k].expr;
-    if (tree->events->condition[k].role != KMP_ROLE_NONE) {
-        *difference = kmp_friction_value(tree, &tree->events->condition[k]);
+    const kmp_expr *e = tree->conditions.events->condition[k].expr;
+    if (tree->conditions.events->condition[k].role != KMP_ROLE_NONE) {
+        *difference = kmp_friction_value(tree, &tree->conditions.events->condition[k]);
         return true;
     }
     if (!e || has_place(e)) {
-        bool known = k < tree->noted->count && tree->noted->note[k].known;
-        *difference = known ? tree->noted->note[k].value : KMP_ZERO;
+        bool known = k < tree->conditions.noted->count && tree->conditions.noted->note[k].known;
+        *difference = known ? tree->conditions.noted->note[k].value : KMP_ZERO;
         return known;
     }
     if (e->kind == KMP_EXPR_TABLE) {
-        *difference = table_event(tree, &tree->events->condition[k]);
+        *difference = table_event(tree, &tree->conditions.events->condition[k]);
         return true;
     }
     kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    if (tree->events->condition[k].rough) {
-        *difference = beyond_level(tree->graph, e, tree->events->condition[k].number, a);
+    if (tree->conditions.events->condition[k].rough) {
+        *difference = beyond_level(tree->graph, e, tree->conditions.events->condition[k].number, a);
         return true;
     }
     bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;

@@ -171,12 +171,14 @@ static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, in
         return kmp_bearing_load_measure(tree, measure->kind, of[0].name);
     case KMP_MEASURE_REACTION:
     case KMP_MEASURE_MOMENT:
-        return tree->reaction ? tree->reaction(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]
-                              : KMP_ZERO;
+        return tree->reactions.of_closure
+                   ? tree->reactions.of_closure(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]
+                   : KMP_ZERO;
     case KMP_MEASURE_JOINT_REACTION:
     case KMP_MEASURE_JOINT_MOMENT:
-        return tree->loads ? tree->carried(tree, of[0].closure, measure->kind == KMP_MEASURE_JOINT_MOMENT).x[number]
-                           : KMP_ZERO;
+        return tree->reactions.joints
+                   ? tree->reactions.of_joint(tree, of[0].closure, measure->kind == KMP_MEASURE_JOINT_MOMENT).x[number]
+                   : KMP_ZERO;
     default:
         return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
     }
@@ -260,14 +262,14 @@ static double constant_value(const kmp_tree *tree, const kmp_expr *e);
 
 kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component)
 {
-    int row = tree->row && component >= 0 ? tree->row[KMP_CLOSURE_ROWS * closure + component] : -1;
+    int row = tree->reactions.row && component >= 0 ? tree->reactions.row[KMP_CLOSURE_ROWS * closure + component] : -1;
     return row < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_LAMBDA, (uint32_t)row);
 }
 
 int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
 {
-    for (int i = 0; tree->row && i < KMP_CLOSURE_ROWS; i++)
-        if (tree->row[KMP_CLOSURE_ROWS * closure + i] >= 0 && k-- == 0)
+    for (int i = 0; tree->reactions.row && i < KMP_CLOSURE_ROWS; i++)
+        if (tree->reactions.row[KMP_CLOSURE_ROWS * closure + i] >= 0 && k-- == 0)
             return i;
     return -1;
 }
@@ -365,15 +367,16 @@ static bool keeps_in(const kmp_expr *e)
 KMP_NOINLINE static kmp_ref without(const kmp_tree *tree, bool kinks, bool bends, const kmp_expr *e)
 {
     kmp_tree within = *tree;
-    within.kinks = kinks;
-    within.bends = bends;
+    within.conditions.kinks = kinks;
+    within.conditions.bends = bends;
     return kmp_tree_expression(&within, e);
 }
 
 /* Most operations change nothing for their operands: in deep expressions the stack holds no copies of the tree. */
 static kmp_ref operand(const kmp_tree *tree, bool kinks, bool bends, const kmp_expr *e)
 {
-    return kinks == tree->kinks && bends == tree->bends ? kmp_tree_expression(tree, e) : without(tree, kinks, bends, e);
+    return kinks == tree->conditions.kinks && bends == tree->conditions.bends ? kmp_tree_expression(tree, e)
+                                                                              : without(tree, kinks, bends, e);
 }
 
 KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
@@ -382,11 +385,12 @@ KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
     bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
     double exponent = kept || kmp_expr_varies(tree->model, e->b) ? NAN : constant_value(tree, e->b);
     bool whole = exponent >= 0 && exponent == floor(exponent);
-    const bool kinks = tree->kinks && whole, bends = tree->bends && (whole || !is_kept_in(e->a, 0));
+    const bool kinks = tree->conditions.kinks && whole,
+               bends = tree->conditions.bends && (whole || !is_kept_in(e->a, 0));
     kmp_ref base = operand(tree, kinks, bends, e->a);
     if (is_function(e->a, KMP_FUNCTION_tanh))
         kmp_tree_watch_pulse(tree, e->a, operand(tree, kinks, bends, e->a->a));
-    if (tree->bends && exponent > 0 && !whole) {
+    if (tree->conditions.bends && exponent > 0 && !whole) {
         /* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where the derivatives
          * of x^p are infinite. */
         const kmp_node *n = kmp_graph_node(g, kmp_id(base));
@@ -403,8 +407,8 @@ KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
-    const bool kinks = tree->kinks && !is_compared(e) && !has_limits(e);
-    const bool bends = tree->bends && !is_compared(e) && !keeps_in(e);
+    const bool kinks = tree->conditions.kinks && !is_compared(e) && !has_limits(e);
+    const bool bends = tree->conditions.bends && !is_compared(e) && !keeps_in(e);
     kmp_ref a = e->kind == KMP_EXPR_DIV ? kmp_tree_expression(tree, e->a) : operand(tree, kinks, bends, e->a);
     kmp_ref b = e->b ? operand(tree, kinks, bends, e->b) : KMP_ZERO;
     switch (e->kind) {
@@ -446,7 +450,7 @@ KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
 KMP_NOINLINE static kmp_ref multiplier(const kmp_tree *tree, int closure, int component)
 {
     const kmp_closure *c = &tree->model->closures[closure];
-    if (!tree->settled || !tree->friction_in_place || !kmp_closure_is_friction(c))
+    if (!tree->conditions.settled || !tree->friction_in_place || !kmp_closure_is_friction(c))
         return kmp_tree_multiplier(tree, closure, component);
     kmp_tree plain = *tree;
     plain.friction_in_place = false;
@@ -503,7 +507,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_tree bent = *tree;
-    bent.bends = bent.watches = true;
+    bent.conditions.bends = bent.conditions.watches = true;
     return kmp_tree_expression(&bent, e);
 }
 
@@ -513,7 +517,7 @@ KMP_NOINLINE static double constant_value(const kmp_tree *tree, const kmp_expr *
     kmp_tree folded = *tree;
     double value = NAN;
     folded.keep = KMP_KEEP_NOTHING;
-    folded.unknown = NULL;
+    folded.names.value = NULL;
     kmp_ref r = kmp_tree_expression(&folded, e);
     return kmp_is_const(tree->graph, r, &value) ? value : NAN;
 }

@@ -498,8 +498,8 @@ static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model
                    KMP_ROOM(int, model->motion_count, &tree->of_motion, &tree->chart_before, &tree->chart_after),
                    KMP_ROOM(int *, model->flexible_count, &tree->stations), KMP_ROOM(kmp_time_seeds, 1, &tree->seeds),
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
-                   KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
-                   KMP_ROOM(bool, model->unknowns_count, &tree->solved));
+                   KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->names.value),
+                   KMP_ROOM(bool, model->unknowns_count, &tree->names.solved));
     for (int k = 0; tree->stations && k < model->flexible_count; k++)
         tree->stations[k] = KMP_ARENA_NEW(&tree->arena, int, model->flexibles[k].station_count);
     return !tree->arena.failed;
@@ -568,13 +568,13 @@ void kmp_tree_forget(kmp_tree *tree)
 {
     tree->seeds->count[0] = tree->seeds->count[1] = 0;
     for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++)
-        if (!is_there(tree, tree->unknown[k])) {
-            tree->solved[k / KMP_UNKNOWNS_MOST] = false;
-            tree->unknown[k] = KMP_ZERO;
+        if (!is_there(tree, tree->names.value[k])) {
+            tree->names.solved[k / KMP_UNKNOWNS_MOST] = false;
+            tree->names.value[k] = KMP_ZERO;
         }
-    for (int k = 0; k < tree->noted->count; k++)
-        if (!is_there(tree, tree->noted->note[k].value))
-            tree->noted->note[k].known = false;
+    for (int k = 0; k < tree->conditions.noted->count; k++)
+        if (!is_there(tree, tree->conditions.noted->note[k].value))
+            tree->conditions.noted->note[k].known = false;
 }
 
 void kmp_tree_sum_up(kmp_tree *tree)

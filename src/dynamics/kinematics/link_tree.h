@@ -96,6 +96,34 @@ typedef struct kmp_time_seeds {
     kmp_ref *leaf[2]; /* then the directions */
 } kmp_time_seeds;
 
+/* Values of the model's groups of algebraic variables and of its named expressions, once used. */
+typedef struct kmp_solved_names {
+    kmp_ref *value; /* KMP_UNKNOWNS_MOST for each group of the model; of a named expression the second is the one with
+                       conditions for its kinks; NULL: not kept */
+    bool *solved;   /* of each group: its values are present */
+    int solving;    /* whose equations are being written, from 1; 0: none */
+} kmp_solved_names;
+
+/* The treatment of conditions in expressions. */
+typedef struct kmp_tree_conditions {
+    kmp_events *events; /* NULL: conditions are evaluated in place */
+    kmp_noted *noted;   /* of the graph; present with `events` */
+    bool kinks;         /* abs, min and max are conditions: in laws of forces */
+    bool watches;       /* places where functions begin to count are conditions: in laws and in rows of closures */
+    bool bends;         /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
+    bool settled;       /* no further condition becomes an event: a new one is evaluated in place */
+} kmp_tree_conditions;
+
+/* Loads by multipliers, for expressions that read them. */
+typedef struct kmp_tree_reactions {
+    /* The force or the moment of a closure by its multipliers; NULL: there are none. */
+    kmp_vec (*of_closure)(const struct kmp_tree *tree, int closure, bool moment);
+    struct kmp_joint_loads *joints; /* (dynamics/joint_loads.h); NULL: they are not known */
+    kmp_vec (*of_joint)(const struct kmp_tree *tree, int body, bool moment); /* the load of a body's joint, by them */
+    const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among the kept rows, -1 for
+                       others; not owned; NULL: none is known */
+} kmp_tree_reactions;
+
 typedef struct kmp_tree {
     kmp_graph *graph;
     const kempe_model *model;
@@ -116,25 +144,12 @@ typedef struct kmp_tree {
     kmp_time_seeds *seeds;
     kmp_vec gravity;
     const kmp_ref *place;   /* 3: the values of x, y, z in expressions; NULL: they have none */
-    kmp_ref *unknown;       /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named
-                               expression the second is the one with conditions for its kinks; NULL: not kept */
-    bool *solved;           /* of each group: its values are present */
-    int solving;            /* whose equations are being written, from 1; 0: none */
-    kmp_events *events;     /* NULL: conditions are evaluated in place */
-    bool kinks;             /* abs, min and max are conditions: in laws of forces */
-    bool watches;           /* places where functions begin to count are conditions: in laws and in rows of closures */
-    bool bends;             /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
-    bool settled;           /* no further condition becomes an event: a new one is evaluated in place */
     bool friction_in_place; /* the force of friction that sticks is derived: no run puts it among the multipliers */
     bool given_delays;      /* states of continuous delays have no rate */
-    kmp_noted *noted;       /* of the graph; present with `events` */
     kmp_table_uses *uses;   /* of outputs; NULL: they are not noted */
-    /* The force or the moment of a closure by its multipliers; NULL: there are none. */
-    kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
-    struct kmp_joint_loads *loads; /* of its joints (dynamics/joint_loads.h); NULL: they are not known */
-    kmp_vec (*carried)(const struct kmp_tree *tree, int body, bool moment); /* the load of a body's joint, by them */
-    const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among the kept rows, -1 for
-                       others; not owned; NULL: none is known */
+    kmp_solved_names names;
+    kmp_tree_conditions conditions;
+    kmp_tree_reactions reactions;
 } kmp_tree;
 
 /** After the graph has returned to an earlier state: forgets all values of names and conditions that are no longer in

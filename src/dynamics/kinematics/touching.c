@@ -386,9 +386,9 @@ kmp_ref kmp_bearing_load_holds(const kmp_tree *tree, const kmp_force *force, con
             reach = fmax(reach, fabs(tree->model->points[k].at[i].value));
     kmp_ref holds = kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, KMP_CONTACT_LAG * reach, NULL,
                                        "contact of '%s'", force->name);
-    int k = tree->events ? kmp_events_find(tree->events, force, KMP_PRESSING) : -1;
+    int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, force, KMP_PRESSING) : -1;
     if (k >= 0)
-        tree->events->condition[k].measured = true;
+        tree->conditions.events->condition[k].measured = true;
     return holds;
 }
 

@@ -16,7 +16,7 @@ bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why)
 {
     if (!kmp_instance_reads(model, name))
         return kmp_variant_may(model, name, why);
-    if (!model->from_file)
+    if (!model->source.from_file)
         kmp_text_printf(why,
                         "an axis, table or track depends on parameter '%s', and the model has no file that could be "
                         "read again with its values; use one model for each value",
@@ -30,13 +30,13 @@ bool kmp_instance_may(const kempe_model *model, const char *name, kmp_text *why)
 static kempe_setting *settings_of(const kempe_model *model, int count, const char *const *names, const double *values,
                                   kmp_arena *arena)
 {
-    kempe_setting *list = KMP_ARENA_NEW(arena, kempe_setting, model->setting_count + count);
-    for (int k = 0; list && k < model->setting_count; k++)
-        list[k] = model->settings[k];
+    kempe_setting *list = KMP_ARENA_NEW(arena, kempe_setting, model->source.setting_count + count);
+    for (int k = 0; list && k < model->source.setting_count; k++)
+        list[k] = model->source.settings[k];
     for (int k = 0; list && k < count; k++) {
         kmp_text value = {0};
         kmp_text_printf(&value, "%.17g", values[k]);
-        list[model->setting_count + k] = (kempe_setting){names[k], kmp_text_keep(&value, arena)};
+        list[model->source.setting_count + k] = (kempe_setting){names[k], kmp_text_keep(&value, arena)};
     }
     return arena->failed ? NULL : list;
 }
@@ -45,17 +45,18 @@ static kempe_setting *settings_of(const kempe_model *model, int count, const cha
 static kempe_status check_files(const kempe_model *model)
 {
     kempe_model *same = NULL;
-    kempe_status status =
-        kmp_model_read_file(model->context, model->file, model->settings, model->setting_count, &same);
-    bool changed = status == KEMPE_E_INPUT || status == KEMPE_E_IO ||
-                   (status == KEMPE_OK && memcmp(same->digest, model->digest, sizeof model->digest) != 0);
+    kempe_status status = kmp_model_read_file(model->context, model->source.file, model->source.settings,
+                                              model->source.setting_count, &same);
+    bool changed =
+        status == KEMPE_E_INPUT || status == KEMPE_E_IO ||
+        (status == KEMPE_OK && memcmp(same->source.digest, model->source.digest, sizeof model->source.digest) != 0);
     kempe_model_free(same);
     if (!changed)
         return status;
     kmp_context_clear(model->context);
     return kmp_fail(model->context, KEMPE_E_INPUT,
                     "%s: the file, or one that it includes, has changed since it was read; run the command again",
-                    model->file);
+                    model->source.file);
 }
 
 kempe_status kmp_model_read_again(const kempe_model *model, int count, const char *const *names, const double *values,
@@ -69,7 +70,7 @@ kempe_status kmp_model_read_again(const kempe_model *model, int count, const cha
     if (status == KEMPE_OK)
         status = kmp_made(context, list);
     if (status == KEMPE_OK) {
-        status = kmp_model_read_file(context, model->file, list, model->setting_count + count, again);
+        status = kmp_model_read_file(context, model->source.file, list, model->source.setting_count + count, again);
         status = status == KEMPE_E_INPUT ? KEMPE_E_FAILED : status;
     }
     (void)kmp_context_quiet(context, quiet);

@@ -354,14 +354,14 @@ static kempe_status add_bytes(kempe_context *context, kmp_code_files *files, con
 /* Whole paths of the files, and the length of the folder that all are in. */
 static kempe_status find_files(const kempe_model *model, kmp_arena *arena, char **whole, size_t *common)
 {
-    for (int k = 0; k < model->path_count; k++) {
-        char *path = realpath(model->paths[k], NULL);
+    for (int k = 0; k < model->source.path_count; k++) {
+        char *path = realpath(model->source.paths[k], NULL);
         whole[k] = path ? kmp_arena_strdup(arena, path) : NULL;
         free(path);
         if (!whole[k])
             return kmp_fail(model->context, KEMPE_E_INPUT,
                             "the file '%s' of the model is not there: a unit on the library contains the model's files",
-                            model->paths[k]);
+                            model->source.paths[k]);
         size_t same = 0;
         while (whole[0][same] && whole[0][same] == whole[k][same])
             same++;
@@ -374,11 +374,11 @@ static kempe_status find_files(const kempe_model *model, kmp_arena *arena, char 
 
 static kempe_status add_files(kmp_code_files *files, kmp_arena *arena, const kempe_model *model, const char **main_file)
 {
-    char **whole = KMP_ARENA_NEW(arena, char *, model->path_count);
+    char **whole = KMP_ARENA_NEW(arena, char *, model->source.path_count);
     size_t common = 0, length = 0;
     KMP_TRY(kmp_made(model->context, whole));
     KMP_TRY(find_files(model, arena, whole, &common));
-    for (int k = 0; k < model->path_count; k++) {
+    for (int k = 0; k < model->source.path_count; k++) {
         char *text = NULL;
         const char *name = kmp_arena_printf(arena, "model/%s", whole[k] + common);
         KMP_TRY(kmp_made(model->context, name));
@@ -398,15 +398,15 @@ static kempe_status add_resources(kmp_code_files *files, kmp_arena *arena, const
 {
     const char *main_file = "model/model.yaml";
     kmp_text list = {0};
-    const bool has_file = model->path_count > 0 && access(model->paths[0], R_OK) == 0;
-    if (model->document && !has_file) /* built in code, or read from a text */
-        KMP_TRY(add_bytes(model->context, files, main_file, model->document, strlen(model->document)));
+    const bool has_file = model->source.path_count > 0 && access(model->source.paths[0], R_OK) == 0;
+    if (model->source.document && !has_file) /* built in code, or read from a text */
+        KMP_TRY(add_bytes(model->context, files, main_file, model->source.document, strlen(model->source.document)));
     else
         KMP_TRY(add_files(files, arena, model, &main_file));
     kmp_text_printf(&list, "%s\n", main_file);
-    for (int k = 0; k < model->setting_count; k++)
-        if (!strchr(model->settings[k].value, ':')) /* samples come from the importer */
-            kmp_text_printf(&list, "%s=%s\n", model->settings[k].name, model->settings[k].value);
+    for (int k = 0; k < model->source.setting_count; k++)
+        if (!strchr(model->source.settings[k].value, ':')) /* samples come from the importer */
+            kmp_text_printf(&list, "%s=%s\n", model->source.settings[k].name, model->source.settings[k].value);
     kempe_status status = kmp_made(model->context, !list.failed);
     if (status == KEMPE_OK)
         status = add_bytes(model->context, files, KMP_UNIT_LIST, list.s, list.length);

@@ -82,7 +82,7 @@ static void put_link(kmp_export *w, int link)
     const kmp_pose none = kmp_frame_none();
     if (!kmp_export_mass(w, link, &mass, com, inertia))
         kmp_log(w->model->context, KEMPE_LOG_INFO, "%s: link '%s' has no mass, which some readers of SDFormat refuse",
-                w->model->file, l->name);
+                w->model->source.file, l->name);
     kmp_text_printf(w->text, "    <link name=\"%s\">\n", l->name);
     put_pose(w->text, free ? frame_of_root : l->joint, free ? &l->at : &none);
     kmp_text_put(w->text, "      <inertial>\n        <pose>");

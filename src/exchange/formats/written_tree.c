@@ -17,9 +17,9 @@ void kmp_export_leave_out(kmp_export *w, const char *sentence, ...)
     if (words.failed)
         w->arena.failed = true;
     else if (kmp_context_is_strict(context))
-        w->status = kmp_fail(context, KEMPE_E_INPUT, "%s: %s", w->model->file, words.s);
+        w->status = kmp_fail(context, KEMPE_E_INPUT, "%s: %s", w->model->source.file, words.s);
     else
-        kmp_log(context, KEMPE_LOG_WARNING, "%s: %s", w->model->file, words.s);
+        kmp_log(context, KEMPE_LOG_WARNING, "%s: %s", w->model->source.file, words.s);
     kmp_text_free(&words);
 }
 
@@ -403,10 +403,10 @@ kempe_status kempe_model_export(const kempe_model *model, const char *format, ch
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     if (strcmp(format, "yaml") == 0) { /* the document by which another format was read, or that a program built */
-        if (!model->document)
+        if (!model->source.document)
             return kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is in Kempe's language already: copy the file",
-                            model->file);
-        *text = kmp_strdup(model->document);
+                            model->source.file);
+        *text = kmp_strdup(model->source.document);
         return kmp_made(model->context, *text);
     }
     int k = 0;

@@ -341,7 +341,7 @@ static kempe_model *begin_model(const kempe_model *m, kmp_arena *arena)
     if (!to)
         return NULL;
     to->arena = (kmp_arena){0};
-    to->has_digest = false;
+    to->source.has_digest = false;
     to->variant = NULL;
     to->points = NULL;
     to->shapes = NULL;

@@ -26,13 +26,9 @@
 #define KMP_COORDINATES(model) KMP_NAMES((model)->motions, kmp_model_coordinates(model))
 #define KMP_BODY_NAMES(model)  KMP_NAMES((model)->bodies, (model)->body_count)
 
-struct kempe_model {
-    kempe_context *context;
-    struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
-    struct kmp_variant
-        *variant; /* that it belongs to, an instance of another model; NULL: it is not such an instance */
-    kmp_arena arena;
-    const char *file, *name;
+/* The files and texts that a model was read from. */
+typedef struct kmp_model_source {
+    const char *file;
     bool from_file;  /* `file` is its path */
     bool has_digest; /* all that was read to make it is known: */
     unsigned char digest[KMP_DIGEST_SIZE];
@@ -47,6 +43,16 @@ struct kempe_model {
     bool degrees;                  /* a number of its file is in deg */
     const kempe_setting *settings; /* with which it was read */
     int setting_count;
+} kmp_model_source;
+
+struct kempe_model {
+    kempe_context *context;
+    struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
+    struct kmp_variant
+        *variant; /* that it belongs to, an instance of another model; NULL: it is not such an instance */
+    kmp_arena arena;
+    const char *name;
+    kmp_model_source source;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];
     bool pressed_plane; /* all rotations share one axis, translations are across it, and gravity or a force acts along

@@ -292,7 +292,7 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     kempe_model *m = &v->model;
     *m = *model;
     m->arena = (kmp_arena){0};
-    m->has_digest = false; /* its numbers are its own */
+    m->source.has_digest = false; /* its numbers are its own */
     m->variant = NULL;
     int n = m->motion_count;
     m->parameters = COPY(v, m->parameters, m->parameter_count, count);

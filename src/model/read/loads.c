@@ -214,8 +214,8 @@ bool kmp_model_has_contacts(const kempe_model *model)
 void kmp_model_begin(const kempe_model *model)
 {
     kmp_context_begin(model->context);
-    for (int k = 0; k < model->note_count; k++)
-        kmp_context_recall(model->context, model->notes[k], model->altered);
+    for (int k = 0; k < model->source.note_count; k++)
+        kmp_context_recall(model->context, model->source.notes[k], model->source.altered);
 }
 
 /* Warns of reactions, as outputs and in friction by `mu`, of joints that a coupler moves: it has no force in space. */

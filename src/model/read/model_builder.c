@@ -168,7 +168,7 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     kmp_context_clear(context);
     KMP_MAKE(context, kempe_model, m);
     m->context = context;
-    m->name = m->file = kmp_arena_strdup(&m->arena, name && name[0] ? name : "model");
+    m->name = m->source.file = kmp_arena_strdup(&m->arena, name && name[0] ? name : "model");
     m->builder = KMP_NEW(kmp_builder, 1);
     if (m->builder && m->name) {
         begin_call(m->builder, m->name, NULL);
@@ -493,8 +493,8 @@ kempe_status kempe_model_finish(kempe_model *model)
     kmp_free(read);
     /* Later messages about a built object contain its name: they begin with the model's label instead of the calls.
      */
-    model->files = &model->file;
-    model->file_count = 1;
+    model->source.files = &model->source.file;
+    model->source.file_count = 1;
     for (int i = 0; i < model->body_count; i++)
         model->bodies[i].place = (kmp_place){0};
     for (int i = 0; i < model->closure_count; i++)

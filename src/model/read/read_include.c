@@ -23,14 +23,14 @@
 int kmp_reader_add_file(kmp_reader *r, const char *label)
 {
     kempe_model *model = r->model;
-    int count = model->file_count;
-    const char **files = kmp_arena_room(&model->arena, model->files, count, sizeof *files);
+    int count = model->source.file_count;
+    const char **files = kmp_arena_room(&model->arena, model->source.files, count, sizeof *files);
     const char *kept = kmp_arena_strdup(&model->arena, label);
     if (!files || !kept)
         return -1;
     files[count] = kept;
-    model->files = files;
-    return model->file_count++;
+    model->source.files = files;
+    return model->source.file_count++;
 }
 
 static char *read_beside(void *user, kmp_place place, int from, const char *name, int *number, size_t *length)
@@ -45,26 +45,26 @@ static char *read_beside(void *user, kmp_place place, int from, const char *name
 static const char *name_of(void *user, int number)
 {
     const kmp_reader *r = user;
-    return r->model->files[number];
+    return r->model->source.files[number];
 }
 
 static void note(void *user, const char *line, bool altered)
 {
     kempe_model *model = ((kmp_reader *)user)->model;
-    const char **notes = kmp_arena_room(&model->arena, model->notes, model->note_count, sizeof *notes);
+    const char **notes = kmp_arena_room(&model->arena, model->source.notes, model->source.note_count, sizeof *notes);
     const char *kept = kmp_arena_strdup(&model->arena, line);
-    model->altered = model->altered || altered;
+    model->source.altered = model->source.altered || altered;
     if (!notes || !kept)
         return; /* the arena has failed */
-    model->notes = notes;
-    notes[model->note_count++] = kept;
+    model->source.notes = notes;
+    notes[model->source.note_count++] = kept;
 }
 
 void kmp_reader_warn(kmp_reader *r, kmp_place place, const char *format, ...)
 {
     kmp_text words = {0}, line = {0};
     KMP_TEXT_ARGUMENTS(&words, format);
-    kmp_text_printf(&line, "%s:%d:%d: %s", r->model->files[place.file], place.line, place.column,
+    kmp_text_printf(&line, "%s:%d:%d: %s", r->model->source.files[place.file], place.line, place.column,
                     words.failed ? "" : words.s);
     const char *kept = kmp_text_keep(&line, &r->scratch);
     kmp_text_free(&words);
@@ -78,21 +78,21 @@ kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t
                              const kmp_yaml **root)
 {
     const kmp_include_files beside = {.user = r, .read = read_beside, .name = name_of, .note = note};
-    return kmp_document_load(r->context, &r->scratch, r->model->files[number], number, text, length, base, &beside,
-                             root);
+    return kmp_document_load(r->context, &r->scratch, r->model->source.files[number], number, text, length, base,
+                             &beside, root);
 }
 
 static void note_path(kempe_model *model, const char *path)
 {
-    for (int k = 0; k < model->path_count; k++)
-        if (strcmp(model->paths[k], path) == 0)
+    for (int k = 0; k < model->source.path_count; k++)
+        if (strcmp(model->source.paths[k], path) == 0)
             return;
-    const char **paths = kmp_arena_room(&model->arena, model->paths, model->path_count, sizeof *paths);
+    const char **paths = kmp_arena_room(&model->arena, model->source.paths, model->source.path_count, sizeof *paths);
     const char *kept = kmp_arena_strdup(&model->arena, path);
     if (!paths || !kept)
         return; /* the arena has failed */
-    model->paths = paths;
-    paths[model->path_count++] = kept;
+    model->source.paths = paths;
+    paths[model->source.path_count++] = kept;
 }
 
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
@@ -126,9 +126,9 @@ static int compare(const void *a, const void *b)
 /* The first file whose label and a colon begin `text`: files with equal labels count as one. */
 static int find_file(const kempe_model *model, const char *text)
 {
-    for (int k = 0; k < model->file_count; k++) {
-        size_t length = strlen(model->files[k]);
-        if (strncmp(text, model->files[k], length) == 0 && text[length] == ':')
+    for (int k = 0; k < model->source.file_count; k++) {
+        size_t length = strlen(model->source.files[k]);
+        if (strncmp(text, model->source.files[k], length) == 0 && text[length] == ':')
             return k;
     }
     return -1;
@@ -140,7 +140,7 @@ static complaint take_apart(const kempe_model *model, char *text, int order)
     char *rest = text;
     if (c.file < 0)
         return c;
-    rest += strlen(model->files[c.file]) + 1;
+    rest += strlen(model->source.files[c.file]) + 1;
     if (*rest == ' ') { /* no line: of a model built in code */
         c.text = rest + 1;
         return c;
@@ -163,7 +163,7 @@ static bool is_repeated(const complaint *list, int i)
 /* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
-    const char *file = last->file >= 0 ? r->model->files[last->file] : r->file;
+    const char *file = last->file >= 0 ? r->model->source.files[last->file] : r->file;
     kmp_text sentence = {0};
     kmp_text_put(&sentence, file);
     if (last->line > 0)
@@ -194,7 +194,7 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
     for (int i = 0; i < count && status == KEMPE_E_INPUT; i++) {
         /* In a model built in code a file is one call, without lines; its name is printed once. */
         const complaint *c = &list[i];
-        const char *file = c->file >= 0 ? r->model->files[c->file] : NULL;
+        const char *file = c->file >= 0 ? r->model->source.files[c->file] : NULL;
         if (is_repeated(list, i))
             continue;
         status = !file || (c->line == 0 && strstr(c->text, file))
@@ -260,7 +260,7 @@ bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp
         kmp_reader_complain(r, again->place,
                             "%s: '%s' is given twice, also in %s:%d, and neither file includes the other: give it in a "
                             "file that includes both",
-                            what, again->text, r->model->files[before.file], before.line);
+                            what, again->text, r->model->source.files[before.file], before.line);
     return false;
 }
 
@@ -273,7 +273,7 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     int depth = 0;
     for (int file = parent; file >= 0; file = up ? up->parent : -1, depth++) {
         up = kmp_reader_instance(r, file);
-        if (strcmp(r->model->files[file], path) == 0 || depth > KMP_MOST_INCLUDE_LEVELS) {
+        if (strcmp(r->model->source.files[file], path) == 0 || depth > KMP_MOST_INCLUDE_LEVELS) {
             kmp_reader_complain(r, node->place, "include: '%s' includes itself, directly or through other files", path);
             return true;
         }
@@ -301,14 +301,14 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
     for (int k = 0; k < r->instance_count && !names; k++) {
         const kmp_include_instance *other = &r->instances[k];
         if (other->root->nodes > 0 && other->base == x->base && other->limits == x->limits && !other->leaves_out &&
-            strcmp(r->model->files[other->file], path) == 0) {
+            strcmp(r->model->source.files[other->file], path) == 0) {
             x->root = kmp_yaml_again(&r->scratch, other->root, x->file);
             x->foreign = other->foreign;
             return;
         }
     }
     char *text = kmp_read_file(r, KMP_FILE_INCLUDED, file, "include", path, &length);
-    bool before = kmp_context_use_limits(r->context, x->limits), altered = r->model->altered;
+    bool before = kmp_context_use_limits(r->context, x->limits), altered = r->model->source.altered;
     const char *left_out = kmp_context_use_left_out(r->context, NULL);
     (void)kmp_context_use_left_out(r->context, names ? names_of(r, names, left_out) : left_out);
     x->leaves_out = names;
@@ -318,7 +318,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
     (void)kmp_context_use_limits(r->context, before);
     (void)kmp_context_use_left_out(r->context, left_out);
     if (names) /* the model requests it: it is the machine */
-        r->model->altered = altered;
+        r->model->source.altered = altered;
     kmp_free(text);
 }
 
@@ -372,7 +372,7 @@ static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_y
         const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
         if (there)
             kmp_reader_complain(r, key->place, "the name '%s' exists already in %s:%d: use another prefix", key->text,
-                                r->model->files[there->place.file], there->place.line);
+                                r->model->source.files[there->place.file], there->place.line);
         else
             kmp_yaml_append(&r->scratch, joined, key, more->items[i]);
     }
@@ -495,7 +495,7 @@ static void check_set(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
         for (int k = 0; parameters && k < parameters->count; k++)
             kmp_nearest_offer(&nearest, parameters->keys[k]->text);
         kmp_reader_complain_near(r, set->keys[i]->place, &nearest, "include set: '%s' has no parameter '%s'",
-                                 r->model->files[root->place.file], set->keys[i]->text);
+                                 r->model->source.files[root->place.file], set->keys[i]->text);
     }
 }
 
@@ -528,7 +528,7 @@ static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp
         if (of < 0)
             kmp_reader_complain_near(r, set->keys[k]->place, &nearest,
                                      "include joints: no body of '%s' has a joint '%s'",
-                                     r->model->files[root->place.file], set->keys[k]->text);
+                                     r->model->source.files[root->place.file], set->keys[k]->text);
         else if (kmp_read_map(r, set->items[k], "include joints", NULL)) {
             const kmp_yaml *body = bodies->items[of],
                            *joint = other_kind(r, kmp_yaml_get(body, "joint"), set->items[k]);

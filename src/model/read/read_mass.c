@@ -323,7 +323,7 @@ static void read_matter(const reading *s)
         if (good && s->shape->enclosed.inward)
             kmp_log(s->r->context, KEMPE_LOG_WARNING,
                     "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
-                    s->r->model->files[node->place.file], node->place.line, node->place.column, s->what,
+                    s->r->model->source.files[node->place.file], node->place.line, node->place.column, s->what,
                     s->shape->mesh->path);
         s->r->scratch.failed = s->r->scratch.failed || why.failed;
         s->shape->heavy = good;
@@ -434,7 +434,7 @@ static void say_impossible(kmp_reader *r, const kmp_yaml *node, kmp_place place,
 {
     const char *sentence = kmp_reader_say(r, "the inertia of body '%s' is impossible: %s", body->name, why);
     if (is_as_given(r, node))
-        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is used as given", r->model->files[place.file],
+        kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s; it is used as given", r->model->source.files[place.file],
                 place.line, place.column, sentence);
     else
         kmp_reader_complain(r, place, "%s", sentence);
@@ -687,7 +687,7 @@ static bool is_driven(const kempe_model *model, int motion)
 static void complain_of(const kempe_model *model, const kmp_body *body, const char *what, const char *name,
                         const char *advice)
 {
-    (void)kmp_complain(model->context, model->files[body->place.file], body->place.line, body->place.column,
+    (void)kmp_complain(model->context, model->source.files[body->place.file], body->place.line, body->place.column,
                        "%s '%s' moves no mass: %s", what, name, advice);
 }
 

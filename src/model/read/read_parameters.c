@@ -153,7 +153,7 @@ void kmp_settle_inputs(const kmp_reader *r)
     for (int k = 0; !r->wrong && k < model->input_count; k++)
         if (!model->inputs[k].used && !kmp_reader_instance(r, model->inputs[k].place.file))
             kmp_log(r->context, KEMPE_LOG_WARNING, "%s:%d:%d: input '%s' is not used",
-                    model->files[model->inputs[k].place.file], model->inputs[k].place.line,
+                    model->source.files[model->inputs[k].place.file], model->inputs[k].place.line,
                     model->inputs[k].place.column, model->inputs[k].name);
 }
 
@@ -385,8 +385,8 @@ static void warn(const kmp_reader *r, kmp_place place, const char *name, const c
     char where[48] = "";
     if (place.line > 0) /* a call has none */
         (void)snprintf(where, sizeof where, ":%d:%d", place.line, place.column);
-    kmp_log(r->context, KEMPE_LOG_WARNING, "%s%s: parameter '%s' is not used%s", r->model->files[place.file], where,
-            name, vain);
+    kmp_log(r->context, KEMPE_LOG_WARNING, "%s%s: parameter '%s' is not used%s", r->model->source.files[place.file],
+            where, name, vain);
 }
 
 /* For parameters of included files, warns only of the ones that the including file has set. */

@@ -110,13 +110,13 @@ static bool find_columns(sheet *s, const char *header, int line)
                 continue;
             if (s->index[c] >= 0)
                 good = kmp_reader_complain(s->p->r, s->column[c]->place, "%s: line %d of '%s' has two columns '%s'",
-                                           s->p->what, line, s->p->r->model->files[s->file], wanted);
+                                           s->p->what, line, s->p->r->model->source.files[s->file], wanted);
             s->index[c] = k;
         }
         good = good && s->index[c] >= 0;
         if (s->index[c] < 0)
             kmp_reader_complain_near(s->p->r, s->column[c]->place, &nearest, "%s: line %d of '%s' has no column '%s'",
-                                     s->p->what, line, s->p->r->model->files[s->file], wanted);
+                                     s->p->what, line, s->p->r->model->source.files[s->file], wanted);
     }
     return good;
 }
@@ -175,7 +175,7 @@ static bool read_sheet(sheet *s, const char *text)
 
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
 {
-    const char *from = r->model->files[file], *slash = strrchr(from, '/');
+    const char *from = r->model->source.files[file], *slash = strrchr(from, '/');
     return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
 }
 

@@ -229,7 +229,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
          of_state = of_loads || allowed == KMP_OF_STATE || allowed == KMP_OF_NEXT;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
-                            .file = r->model->files[node->text_place.file],
+                            .file = r->model->source.files[node->text_place.file],
                             .line = node->text_place.line,
                             .column = node->text_place.column,
                             .user = r,
@@ -250,7 +250,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .suggest = suggest,
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,
-                            .degrees = &r->model->degrees,
+                            .degrees = &r->model->source.degrees,
                             .place = allowed == KMP_OF_X       ? 1
                                      : allowed == KMP_OF_PLACE ? 3
                                                                : 0};
@@ -343,7 +343,7 @@ static bool is_bare(const kmp_reader *r, const kmp_expr *expr)
 
 void kmp_warn_of_turns(kmp_reader *r)
 {
-    for (const kmp_turns *x = r->turns; r->model->degrees && x < r->turns + r->turn_count; x++)
+    for (const kmp_turns *x = r->turns; r->model->source.degrees && x < r->turns + r->turn_count; x++)
         kmp_reader_warn(r, x->place,
                         "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", x->what,
                         x->value, fabs(x->value) / KMP_TURN, x->value);

@@ -162,8 +162,8 @@ static kempe_model *new_model(kempe_context *context, const char *label)
     if (!model)
         return NULL;
     model->context = context;
-    model->file = kmp_arena_strdup(&model->arena, label);
-    if (model->file)
+    model->source.file = kmp_arena_strdup(&model->arena, label);
+    if (model->source.file)
         return model;
     kempe_model_free(model);
     return NULL;
@@ -193,12 +193,12 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
     if (status == KEMPE_OK && r->root && r->root->nodes == 0) { /* a document that no file in YAML has */
         kmp_text text = {0};
         kmp_yaml_print(&text, r->root);
-        r->model->document = kmp_text_keep(&text, &r->model->arena);
-        status = kmp_made(r->context, r->model->document);
+        r->model->source.document = kmp_text_keep(&text, &r->model->arena);
+        status = kmp_made(r->context, r->model->source.document);
     }
-    r->model->has_digest = r->digests;
+    r->model->source.has_digest = r->digests;
     if (r->digests)
-        kmp_digest_end(&r->digest, r->model->digest);
+        kmp_digest_end(&r->digest, r->model->source.digest);
     kmp_arena_free(&r->scratch);
     if (status == KEMPE_OK)
         *model = r->model;
@@ -213,8 +213,8 @@ static bool keep_settings(kempe_model *model, const kempe_setting *list, int cou
     for (int k = 0; kept && k < count; k++)
         kept[k] = (kempe_setting){kmp_arena_strdup(&model->arena, list[k].name),
                                   kmp_arena_strdup(&model->arena, list[k].value)};
-    model->settings = kept;
-    model->setting_count = count;
+    model->source.settings = kept;
+    model->source.setting_count = count;
     return !model->arena.failed;
 }
 
@@ -248,7 +248,7 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         return kmp_fail_memory(context);
     }
     kmp_base base = kmp_context_base(context);
-    r.file = r.model->file;
+    r.file = r.model->source.file;
     begin_digest(&r, text, length);
     return finish_reading(&r, kmp_reader_load(&r, 0, text, length, base, &r.root), model);
 }
@@ -258,9 +258,9 @@ kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder
 {
     kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
     KMP_TRY(kmp_made(context, r.model));
-    r.model->files = builder->calls;
-    r.model->file_count = builder->call_count;
-    r.file = r.model->file;
+    r.model->source.files = builder->calls;
+    r.model->source.file_count = builder->call_count;
+    r.file = r.model->source.file;
     return finish_reading(&r, KEMPE_OK, model);
 }
 
@@ -280,7 +280,7 @@ kempe_status kmp_model_read_as(kempe_context *context, const char *path, const k
     KMP_TRY(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
     kempe_status status = read_model(context, text, length, path, list, count, bodies_as, model);
     if (status == KEMPE_OK)
-        (*model)->from_file = true;
+        (*model)->source.from_file = true;
     kmp_free(text);
     return status;
 }

@@ -10,7 +10,7 @@
 static void say(kmp_reader *r, kmp_place place, kmp_text *sentence)
 {
     r->wrong = true;
-    if (sentence->failed || kmp_complain(r->context, r->model->files[place.file], place.line, place.column, "%s",
+    if (sentence->failed || kmp_complain(r->context, r->model->source.files[place.file], place.line, place.column, "%s",
                                          sentence->s) == KEMPE_E_MEMORY)
         r->scratch.failed = true;
     kmp_text_free(sentence);

@@ -11,8 +11,8 @@ kempe_status kmp_request_begin(kmp_request *a, const kempe_model *model, const c
     kempe_status status = kmp_model_check_finished(model);
     *a = (kmp_request){.model = *model, .label = {what}};
     a->model.arena = (kmp_arena){0};
-    a->model.files = a->label;
-    a->model.file_count = 1;
+    a->model.source.files = a->label;
+    a->model.source.file_count = 1;
     a->r = (kmp_reader){.context = model->context, .model = &a->model, .file = what};
     if (status != KEMPE_OK)
         return status;

@@ -630,7 +630,7 @@ static void find_zones(const reading *w)
         kmp_log(w->r->context, KEMPE_LOG_WARNING,
                 "%s:%d:%d: %s would touch its rail in %d zones, and has at most %d: the contact may jump at omitted "
                 "borders; use a smoother profile, or give 'zones'",
-                w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+                w->r->model->source.files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
     }
 }
 

@@ -42,8 +42,8 @@ static kempe_status read_entry(const kempe_model *model, const char *word, entry
     *e = (entry){.context = kmp_context_new_below(context)};
     KMP_TRY(kmp_made(context, e->context));
     (void)kmp_context_show_in(e->context, (kmp_shown_in){0}); /* errors are kept in SI */
-    kempe_status status =
-        kmp_model_read_as(e->context, model->file, model->settings, model->setting_count, word, &e->model);
+    kempe_status status = kmp_model_read_as(e->context, model->source.file, model->source.settings,
+                                            model->source.setting_count, word, &e->model);
     if (status == KEMPE_OK)
         return status;
     /* A sentence each. */
@@ -52,7 +52,8 @@ static kempe_status read_entry(const kempe_model *model, const char *word, entry
         (void)kmp_fail(context, status, "%.*s", length, at);
         at += length;
     }
-    return kmp_fail(context, status, "%s: so the model cannot be compared with the bodies '%s'", model->file, word);
+    return kmp_fail(context, status, "%s: so the model cannot be compared with the bodies '%s'", model->source.file,
+                    word);
 }
 
 /* -- the list ---------------------------------------------------------------------------------------- */
@@ -91,7 +92,7 @@ kempe_status kmp_compare_bodies_begin(const kempe_model *model, const char *list
     if (!list)
         return KEMPE_OK;
     KMP_TRY(read_words(model, list, arena, table));
-    if (!model->from_file)
+    if (!model->source.from_file)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "bodies '%s': a model from a file is expected", list);
     int flexible = 0;
     for (int k = 0; k < table->count; k++) {
