@@ -297,7 +297,9 @@ static void reduced_predict(kmp_reduced *d, double t, const double *u)
     double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
     for (int k = 0; k < d->p; k++)
         s += d->anchor.w[k] * (u[k] - d->anchor.u[k]);
-    s = d->anchor.by_time ? tau : s;
+    /* Where the motion begins from small rates, these say little of the progress. */
+    const double most = KMP_PREDICTED_PROGRESS * fabs(tau);
+    s = d->anchor.by_time ? tau : fmax(-most, fmin(s, most));
     const double half = 0.5 * s * s;
     const kmp_sparse_tangent *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)

@@ -651,20 +651,52 @@ static bool gives_switches(const kmp_runner *run)
     return (run->eval->inputs.count > 0 || run->sampler) && run->events.tracker && run->s->switches;
 }
 
-/* Takes inputs and states from t on, at the state in run->state: sampled states and states of events, and the
- * conditions that they change, which may be events of others. A state that changes without end is left as it is after
- * some passes: conditions that change back and forth are reported elsewhere. */
+/* Takes states of samples and of events at t, and the conditions that they change, which may be events of others, by
+ * `pass` until none changes. A state that changes without end is left as it is after some passes: conditions that
+ * change back and forth are reported elsewhere. *work grows by the work of these changes. */
+static kempe_status take_states(kmp_runner *run, double t,
+                                kempe_status (*pass)(kmp_runner *run, double t, double *work), double *work)
+{
+    bool more = true;
+    for (int k = 0; more && k <= run->s->model->state_count; k++) {
+        KMP_TRY(pass(run, t, work));
+        KMP_TRY(runner_take_conditions(run, t));
+        more = kmp_runner_meets_events(run);
+    }
+    return KEMPE_OK;
+}
+
+/* A pass of take_states where no closure switches; where one may; and the latter with the integrator's restart. */
+static kempe_status pass_samples(kmp_runner *run, double t, double *work)
+{
+    (void)work;
+    kmp_runner_take_samples(run, t);
+    return KEMPE_OK;
+}
+
+static kempe_status pass_closures(kmp_runner *run, double t, double *work)
+{
+    double energy, gain;
+    bool same;
+    KMP_TRY(switch_here(run, t, &energy, &gain, &same));
+    *work += energy + gain;
+    return KEMPE_OK;
+}
+
+static kempe_status pass_restart(kmp_runner *run, double t, double *work)
+{
+    (void)work;
+    run->stops.anew = false;
+    return pass_switch(run, t);
+}
+
+/* Takes inputs and states from t on, at the state in run->state. */
 static kempe_status renew_here(kmp_runner *run, double t)
 {
     if (run->events.tracker && run->sampler)
         kmp_event_tracker_note(run->events.tracker, t, run->room.state, run->room.state + run->s->n);
     KMP_TRY(runner_take_inputs(run, t));
-    bool more = true;
-    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
-        kmp_runner_take_samples(run, t);
-        KMP_TRY(runner_take_conditions(run, t));
-        more = kmp_runner_meets_events(run);
-    }
+    KMP_TRY(take_states(run, t, pass_samples, NULL));
     if (run->events.tracker)
         run->events.tracker->noted = false;
     return KEMPE_OK;
@@ -672,42 +704,22 @@ static kempe_status renew_here(kmp_runner *run, double t)
 
 kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work)
 {
-    double energy = 0, gain = 0;
-    bool same;
     *work = 0;
     if (event && run->s->switches)
-        KMP_TRY(switch_here(run, t, &energy, &gain, &same));
+        KMP_TRY(pass_closures(run, t, work));
     else if (event)
         KMP_TRY(kmp_event_tracker_pass(run->events.tracker, t, false));
-    *work = energy + gain;
     if (!kmp_runner_meets_events(run) && event)
         return KEMPE_OK;
-    if (!gives_switches(run))
-        return renew_here(run, t);
-    bool more = true;
-    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
-        KMP_TRY(switch_here(run, t, &energy, &gain, &same));
-        *work += energy + gain;
-        KMP_TRY(runner_take_conditions(run, t));
-        more = kmp_runner_meets_events(run);
-    }
-    return KEMPE_OK;
+    return gives_switches(run) ? take_states(run, t, pass_closures, work) : renew_here(run, t);
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->room.state, *qd = q + run->s->n, work, h = step_it_had(run, t);
     bool relieved = runner_relieve(run, t);
-    if (gives_switches(run)) {
-        bool more = true;
-        for (int pass = 0; more && pass <= run->s->model->state_count; pass++) { /* as in renew_here */
-            run->stops.anew = false;
-            KMP_TRY(pass_switch(run, t));
-            KMP_TRY(runner_take_conditions(run, t));
-            more = kmp_runner_meets_events(run);
-        }
-        return KEMPE_OK;
-    }
+    if (gives_switches(run))
+        return take_states(run, t, pass_restart, NULL);
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->room.state, &work));
     KMP_TRY(renew_here(run, t));
     if (relieved) {
