@@ -276,8 +276,9 @@
 /** Newton in an evaluation stops at this fraction of the error weights. The fused program has its accelerations before
  * the last correction: with 1e-2 errors of the newton form are 2 to 4 times as large. */
 #define KMP_CORRECTION_IN_STAGE 1e-3
-/** Dependent coordinates are predicted by the progress of the independent ones, which is a time: their change over their
- * rates. It is at most this many times the time since the last step. From rest, rates of 1e-20 made it endless. */
+/** Dependent coordinates are predicted by the progress of the independent ones, which is a time: their change over
+ * their rates. It is at most this many times the time since the last step. From rest, rates of 1e-20 made it endless.
+ */
 #define KMP_PREDICTED_PROGRESS 4.0
 /** Largest multiplier of an elimination in a given order, rows scaled, for which its order is good. */
 #define KMP_ELIMINATION 10.0

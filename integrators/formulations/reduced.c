@@ -297,7 +297,7 @@ static void reduced_predict(kmp_reduced *d, double t, const double *u)
     double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
     for (int k = 0; k < d->p; k++)
         s += d->anchor.w[k] * (u[k] - d->anchor.u[k]);
-    /* Where the motion begins from small rates, these say little of the progress. */
+    /* Small rates, from which a motion begins, say little of the progress. */
     const double most = KMP_PREDICTED_PROGRESS * fabs(tau);
     s = d->anchor.by_time ? tau : fmax(-most, fmin(s, most));
     const double half = 0.5 * s * s;

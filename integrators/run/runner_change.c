@@ -666,7 +666,7 @@ static kempe_status take_states(kmp_runner *run, double t,
     return KEMPE_OK;
 }
 
-/* A pass of take_states where no closure switches; where one may; and the latter with the integrator's restart. */
+/* Passes of take_states: without closures that switch; with them; with them and a restart of the integrator. */
 static kempe_status pass_samples(kmp_runner *run, double t, double *work)
 {
     (void)work;
