@@ -9,7 +9,8 @@
 
 typedef struct kmp_delays kmp_delays;
 
-/** Begins the past of the delayed signals, and sets their states in run->state, which has the start of the run at t.
+/** Begins the past of the delayed signals, and sets their states in run->room.state, which has the start of the run at
+ * t.
  */
 kempe_status kmp_delays_begin(kmp_runner *run, double t);
 void kmp_delays_free(kmp_runner *run);
@@ -23,6 +24,6 @@ void kmp_delays_jump(kmp_runner *run, int order);
 /** Notes the jumps that follow from jumps of inputs and other delayed signals at t. */
 void kmp_delays_follow(kmp_runner *run, double t);
 
-/** Sets the states of delays in run->state whose signals or derivatives jump at t. Others keep their values: an event
- * of theirs would have passed again. */
+/** Sets the states of delays in run->room.state whose signals or derivatives jump at t. Others keep their values: an
+ * event of theirs would have passed again. */
 void kmp_delays_take(kmp_runner *run, double t);

@@ -122,7 +122,7 @@ kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, dou
         KMP_TRY(keep_rows(run, t, q));
     if (run->sticking.impacts)
         KMP_TRY(held->keeps ? kmp_runner_project_by(run, t, q, qd, &held->with) : kmp_runner_project(run, t, q, qd));
-    kmp_friction_let_go(run->sticking.run);
+    kmp_friction_let_go(run->sticking.friction);
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
@@ -205,11 +205,11 @@ static const double *all_rows(kmp_runner *run, double t, const double *q)
     if (held->placed && held->t == t && memcmp(held->place, q, place) == 0)
         return held->entry;
     memcpy(held->mode, run->eval->mode, modes);
-    for (int i = 0; i < run->sticking.run->count; i++) {
-        const kmp_friction_element *e = &run->sticking.run->element[i];
+    for (int i = 0; i < run->sticking.friction->count; i++) {
+        const kmp_friction_element *e = &run->sticking.friction->element[i];
         const int slot = e->slot;
         kmp_eval_set_kink(run->eval, slot + KMP_ROLE_PLACE - KMP_ROLE_SENSE,
-                          kmp_friction_at(run->sticking.run, e, KMP_ROLE_PLACE));
+                          kmp_friction_at(run->sticking.friction, e, KMP_ROLE_PLACE));
         kmp_eval_set_kink(run->eval, slot + KMP_ROLE_HELD - KMP_ROLE_SENSE, 1);
     }
     kmp_eval_closure(run->eval, t, q);
@@ -369,7 +369,7 @@ static void put_cause(kmp_text *text, const kmp_runner *run)
         [KMP_FRICTION_REVERSES] = "sliding friction would reverse the slip as it begins",
         [KMP_FRICTION_LOADS] =
             "forces that depend on constraint forces have no solution in the next state of slip and stick"};
-    const kmp_friction_run *x = run->sticking.run;
+    const kmp_friction_run *x = run->sticking.friction;
     bool across = false;
     for (int k = 0; k < x->rest; k++)
         across = across || x->element[x->which[k]].twin >= 0;
@@ -390,7 +390,7 @@ static void put_cause(kmp_text *text, const kmp_runner *run)
 
 static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
-    const kmp_friction_run *x = run->sticking.run;
+    const kmp_friction_run *x = run->sticking.friction;
     kmp_text text = {0};
     for (int i = 0; i < x->count; i++)
         if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
@@ -405,7 +405,7 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
 
 static kempe_status fail_alternating(const kmp_runner *run, double t)
 {
-    const kmp_friction_run *x = run->sticking.run;
+    const kmp_friction_run *x = run->sticking.friction;
     const kmp_friction_element *most = x->element;
     for (int i = 0; i < x->count; i++)
         most = x->element[i].changes > most->changes ? &x->element[i] : most;
@@ -456,14 +456,14 @@ static const char *words_of(const kmp_friction_element *e)
 static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
-    const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.run->element[element];
+    const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.friction->element[element];
     if (!e) {
         kmp_run_log_add(
             run->log, "solutions", t, number, NAN,
             "%d combinations of slip and stick are possible; the run continues with the one nearest to the last",
             (int)number);
     } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
-        const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.run->element[e->base];
+        const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.friction->element[e->base];
         kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
                         name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
     } else if (fact == KMP_FRICTION_TELLS_LEFT) {
@@ -557,8 +557,8 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
 
 void kmp_friction_renew(kmp_runner *run)
 {
-    if (run->sticking.run)
-        take_numbers(run->s, &run->s->events, run->sticking.run->count, run->sticking.run->element);
+    if (run->sticking.friction)
+        take_numbers(run->s, &run->s->events, run->sticking.friction->count, run->sticking.friction->element);
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
@@ -641,21 +641,21 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_forget_rows(run);
-    return (kempe_status)kmp_friction_settle_modes(run->sticking.run, t, q, qd);
+    return (kempe_status)kmp_friction_settle_modes(run->sticking.friction, t, q, qd);
 }
 
 kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, double *qd)
 {
-    run->sticking.run->kept = run->sticking.held->state;
+    run->sticking.friction->kept = run->sticking.held->state;
     const kempe_status status = kmp_friction_settle(run, t, q, qd);
-    run->sticking.run->kept = NULL;
+    run->sticking.friction->kept = NULL;
     return status;
 }
 
 void kmp_friction_show(kmp_runner *run, double t, double *row)
 {
     const kempe_system *s = run->s;
-    kmp_friction_run *x = run->sticking.run;
+    kmp_friction_run *x = run->sticking.friction;
     double *lambda = row + 3 * s->n;
     kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
     for (int r = 0; r < s->m; r++) {

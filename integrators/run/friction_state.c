@@ -31,13 +31,13 @@ kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **st
         run->s = s;
         run->eval = eval;
         run->spec.t_end = 1;
-        run->sticking.run = kmp_friction_new(run, none);
-        const int count = run->sticking.run ? run->sticking.run->count : 0;
-        made =
-            run->sticking.run && KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->room.qdd),
-                                                KMP_ROOM(double, s->m, &run->room.lambda),
-                                                KMP_ROOM(double, 3 * s->n + s->m, &run->balance.row, &run->room.state),
-                                                KMP_ROOM(kmp_friction_view, count, &x->view));
+        run->sticking.friction = kmp_friction_new(run, none);
+        const int count = run->sticking.friction ? run->sticking.friction->count : 0;
+        made = run->sticking.friction &&
+               KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->room.qdd),
+                              KMP_ROOM(double, s->m, &run->room.lambda),
+                              KMP_ROOM(double, 3 * s->n + s->m, &run->balance.row, &run->room.state),
+                              KMP_ROOM(kmp_friction_view, count, &x->view));
     }
     if (!made || *none) {
         kmp_friction_state_free(x);
@@ -45,9 +45,9 @@ kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **st
     }
     run->sticking.loaded = kmp_friction_is_loaded(s->model);
     x->lambda = run->room.lambda;
-    x->count = run->sticking.run->count;
+    x->count = run->sticking.friction->count;
     for (int i = 0; i < x->count; i++) {
-        const kmp_friction_element *e = &run->sticking.run->element[i];
+        const kmp_friction_element *e = &run->sticking.friction->element[i];
         x->view[i] = (kmp_friction_view){
             .element = run->s->events.condition[e->slot].of, .contact = e->contact, .size = e->size};
     }
@@ -94,7 +94,7 @@ void kmp_friction_state_open(kmp_evaluator *eval)
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i)
 {
     const kmp_runner *run = state->site;
-    const double *mode = run->eval->mode + run->sticking.run->element[i].slot;
+    const double *mode = run->eval->mode + run->sticking.friction->element[i].slot;
     if (!state->view[i].contact)
         return KMP_HELD_NOT;
     if (mode[KMP_ROLE_HELD - KMP_ROLE_SENSE] != 0)
@@ -113,7 +113,7 @@ void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *
     kmp_friction_state_release(run->eval);
     kmp_friction_forget_rows(run);
     /* Takes the contacts that are closed in the evaluator. */
-    kmp_friction_run *f = run->sticking.run;
+    kmp_friction_run *f = run->sticking.friction;
     f->pins = true;
     for (int i = 0; i < x->count; i++)
         f->element[i].pinned = kmp_friction_state_closed(x, i) != KMP_HELD_NOT;
@@ -123,7 +123,7 @@ void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *
     run->eval->frozen = false;
     run->eval->holds_friction = true;
     kmp_eval_all_changes(run->eval, t, run->room.state, run->room.state + n, run->room.qdd, run->room.lambda,
-                         run->sticking.run->change);
+                         run->sticking.friction->change);
 }
 
 static kmp_friction_word word_of(const kmp_friction_element *e)
@@ -144,7 +144,7 @@ static kmp_friction_word word_of(const kmp_friction_element *e)
 static void take_views(kmp_friction_state *x, double t)
 {
     kmp_runner *run = x->site;
-    kmp_friction_run *f = run->sticking.run;
+    kmp_friction_run *f = run->sticking.friction;
     kmp_eval_all_changes(run->eval, t, run->room.state, run->room.state + run->s->n, run->room.qdd, run->room.lambda,
                          f->change);
     for (int i = 0; i < x->count; i++) {
@@ -156,14 +156,14 @@ static void take_views(kmp_friction_state *x, double t)
         x->view[i].off = e->base >= 0 && f->element[e->base].stance == KMP_FRICTION_SLIPS;
         if (e->contact || e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)
             continue;
-        kmp_friction_set_slip(run->sticking.run, e, 0, 0);
+        kmp_friction_set_slip(run->sticking.friction, e, 0, 0);
         x->view[i].word = KMP_FRICTION_WORD_SLIPS;
     }
 }
 
 void kmp_friction_state_take_places(kmp_friction_state *x)
 {
-    const kmp_friction_run *f = x->site->sticking.run;
+    const kmp_friction_run *f = x->site->sticking.friction;
     for (int i = 0; i < x->count; i++) {
         x->view[i].place = kmp_friction_at(f, &f->element[i], KMP_ROLE_PLACE);
         x->view[i].rate = kmp_friction_at(f, &f->element[i], KMP_ROLE_RATE);
@@ -198,18 +198,18 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
     kmp_runner *run = state->site;
     kmp_friction_state_open(run->eval);
     kmp_friction_state_evaluate(state, t, q, qd);
-    run->sticking.run->pins = false;
+    run->sticking.friction->pins = false;
     kmp_friction_state_take_places(state);
     KMP_TRY(check_contacts(state, t, run->room.state + run->s->n));
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->room.state, -1, NULL, 0));
-    run->sticking.run->past.repeats = run->sticking.run->past.changes = 0;
+    run->sticking.friction->past.repeats = run->sticking.friction->past.changes = 0;
     for (int i = 0; i < state->count; i++)
-        run->sticking.run->element[i].smooth = false;
+        run->sticking.friction->element[i].smooth = false;
     KMP_TRY(kmp_friction_settle(run, t, run->room.state, run->room.state + run->s->n));
     take_views(state, t);
     /* Contacts that neither press nor open. */
-    const kmp_friction_run *f = run->sticking.run;
+    const kmp_friction_run *f = run->sticking.friction;
     for (int i = 0; i < state->count; i++)
         state->view[i].limit = false;
     for (int k = 0; k < f->rest; k++) {

@@ -96,7 +96,7 @@ static int fail(void *self, kmp_impact_failure failure, double t, int count, con
     const kmp_runner *run = self;
     kmp_text text = {0};
     for (int k = 0; k < count; k++) {
-        const kmp_friction_element *e = &run->sticking.run->element[which[k]];
+        const kmp_friction_element *e = &run->sticking.friction->element[which[k]];
         if (e->contact)
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, e)->name);
     }
@@ -110,7 +110,7 @@ static void tell_sequence(void *self, int element, double t, double since, doubl
     const kmp_runner *run = self;
     kmp_run_log_add(run->log, "accumulation", t, since, end,
                     "contact '%s' closes at t = %.9g s after ever shorter rebounds",
-                    force_of(run, &run->sticking.run->element[element])->name, end);
+                    force_of(run, &run->sticking.friction->element[element])->name, end);
 }
 
 static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)
@@ -140,10 +140,10 @@ static void tell_plastic(void *self, double t, double gain)
 kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
 {
     kmp_arena *a = &run->arena;
-    const int n = run->s->n, most = run->sticking.run ? run->sticking.run->count : 0;
+    const int n = run->s->n, most = run->sticking.friction ? run->sticking.friction->count : 0;
     *none = true;
     for (int i = 0; i < most; i++)
-        *none = *none && !run->sticking.run->element[i].contact;
+        *none = *none && !run->sticking.friction->element[i].contact;
     kmp_impacts *x = *none ? NULL : KMP_ARENA_NEW(a, kmp_impacts, 1);
     kmp_impact_run *p = x ? &x->run : NULL;
     if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->first, &p->last),
@@ -164,7 +164,7 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
                                 .tell_impact = tell_impact,
                                 .tell_plastic = tell_plastic};
     p->site = &x->site;
-    p->friction = run->sticking.run;
+    p->friction = run->sticking.friction;
     p->n = n;
     return x;
 }
@@ -199,9 +199,9 @@ kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, 
     const int i = kmp_impact_overlap(&run->sticking.impacts->run, t, q, qd);
     if (i < 0)
         return KEMPE_OK;
-    const kmp_friction_element *e = &run->sticking.run->element[i];
+    const kmp_friction_element *e = &run->sticking.friction->element[i];
     const kmp_force *contact = force_of(run, e);
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
                     "contact '%s' overlaps by %.6g %s at the start; begin with its surfaces apart", contact->name,
-                    -kmp_friction_at(run->sticking.run, e, KMP_ROLE_PLACE), contact->turns ? "rad" : "m");
+                    -kmp_friction_at(run->sticking.friction, e, KMP_ROLE_PLACE), contact->turns ? "rad" : "m");
 }

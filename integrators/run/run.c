@@ -402,7 +402,8 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
 
 /* -- work of non-conservative forces where it is not an unknown of the formulation ---------------------- */
 
-/* Power at the dense state in run->y, moving closures included. If it needs multipliers these come from the row. */
+/* Power at the dense state in run->room.y, moving closures included. If it needs multipliers these come from the row.
+ */
 static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
@@ -546,7 +547,7 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     int n = run->s->n;
     kmp_runner_follow(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, true, row, work));
-    if (run->sticking.run)
+    if (run->sticking.friction)
         kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
@@ -569,7 +570,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
-    report->prescribed = run->solver && run->part.p == 0 && !run->sticking.run;
+    report->prescribed = run->solver && run->part.p == 0 && !run->sticking.friction;
     report->ended = run->events.ended;
     report->requested = run->events.requested;
     report->t = run->solver ? kmp_runner_t(run) : 0;
@@ -581,7 +582,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->chosen_ratio = run->choice.ratio;
     report->events = run->events.tracker ? run->events.tracker->count : 0;
     report->impacts = run->sticking.impacts ? run->sticking.impacts->run.total : -1;
-    report->changes = run->sticking.run ? run->sticking.run->past.total : -1;
+    report->changes = run->sticking.friction ? run->sticking.friction->past.total : -1;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */

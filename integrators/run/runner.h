@@ -79,7 +79,7 @@ typedef struct kmp_turned {
 
 /* Elements with rows that are held or not (friction_run.c, impact.c). */
 typedef struct kmp_sticking {
-    kmp_friction_run *run;      /* NULL without friction that sticks */
+    kmp_friction_run *friction; /* NULL without friction that sticks */
     struct kmp_held_rows *held; /* their rows */
     bool loaded;                /* some level depends on multipliers */
     kmp_impacts *impacts;       /* NULL without rigid contacts */
@@ -89,17 +89,18 @@ typedef struct kmp_runner_events {
     kmp_event_tracker *tracker; /* NULL without conditions */
     kmp_passed_event passed;    /* noted for derivatives of the motion (spec.slopes) */
     bool *caused;               /* its conditions; NULL: not noted */
-    bool here;                  /* the last step ended at an event, */
+    bool here;                  /* the last step has ended at an event, */
     double t;                   /* at this time */
     bool watch_loads;           /* a condition that ends the run depends on accelerations or multipliers */
-    bool ended, requested;      /* a condition has ended the run; one of the model's `until` has */
+    bool ended;                 /* a condition has ended the run, */
+    bool requested;             /* which is one of the model's `until` */
 } kmp_runner_events;
 
 /* These bound the next steps. */
 typedef struct kmp_stops {
     double at;   /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
                     (kmp_runner_cut) */
-    bool anew;   /* the next step restarts the integrator: external inputs of the equations may have changed */
+    bool anew;   /* the integrator restarts before the next step, since inputs of the equations may have changed */
     double pace; /* the proposed step, if steps that end at `at` are shorter; 0: they are not */
 } kmp_stops;
 

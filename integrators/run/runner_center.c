@@ -146,7 +146,7 @@ static bool is_same(const kmp_runner *run, const double *qd, const double *given
     return off <= SAME * most;
 }
 
-/* Sets the formulation's unknowns from the mapped state in run->state, and again from the row
+/* Sets the formulation's unknowns from the mapped state in run->room.state, and again from the row
  * that it completes, which corrects its predictions. false: the formulation cannot continue. */
 static bool resume(kmp_runner *run, double t)
 {

@@ -5,12 +5,12 @@
 
 #include "integrators/run/run.h"
 
-/** q at t within the last step, to the accuracy of the integration; kmp_runner_place: in run->state, with the closures
- * of the evaluator evaluated there. */
+/** q at t within the last step, to the accuracy of the integration; kmp_runner_place: in run->room.state, with the
+ * closures of the evaluator evaluated there. */
 kempe_status kmp_runner_position(kmp_runner *run, double t, double *q);
 kempe_status kmp_runner_place(kmp_runner *run, double t);
 
-/** Sets q and qd of the start in run->state; spherical joints with nearly singular angles are centred. */
+/** Sets q and qd of the start in run->room.state; spherical joints with nearly singular angles are centred. */
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start);
 
 /** Centres the spherical joints whose angles approached their singular position in the step that ended at t. */

@@ -70,8 +70,8 @@ static kempe_status runner_end(kmp_runner *run, double t, int condition)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-/* Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run if one of
- * them requires it. */
+/* Changes the conditions that the inputs from t on have changed, at the state in run->room.state; ends the run if one
+ * of them requires it. */
 static kempe_status runner_take_conditions(kmp_runner *run, double t)
 {
     const double *q = run->room.state, *qd = q + run->s->n;
@@ -469,7 +469,8 @@ static void note_event(kmp_runner *run, double t)
 {
     kmp_event_tracker *c = run->events.tracker;
     const kmp_condition *condition = run->s->events.condition;
-    run->events.passed = (kmp_passed_event){.now = true, .caused = run->events.caused, .friction = run->sticking.run};
+    run->events.passed =
+        (kmp_passed_event){.now = true, .caused = run->events.caused, .friction = run->sticking.friction};
     kmp_event_tracker_put_beyond(c, t, c->change);
     for (int k = 0; k < run->s->events.count; k++)
         run->events.caused[k] =
@@ -488,19 +489,20 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     if (!run->eval->by_products)
         KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->sticking.run) { /* small rates of closed contacts that remain would make them strike or part */
-        memcpy(run->sticking.run->change, run->events.tracker->change, (size_t)run->s->events.count * sizeof(double));
-        kmp_event_tracker_put_beyond(run->events.tracker, t, run->sticking.run->change);
-        kmp_friction_note_values(run->sticking.run);
+    if (run->sticking.friction) { /* small rates of closed contacts that remain would make them strike or part */
+        memcpy(run->sticking.friction->change, run->events.tracker->change,
+               (size_t)run->s->events.count * sizeof(double));
+        kmp_event_tracker_put_beyond(run->events.tracker, t, run->sticking.friction->change);
+        kmp_friction_note_values(run->sticking.friction);
         KMP_TRY(kmp_friction_release_rows(run, t, q, qd));
     }
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->events.tracker, t, q, qd, pass > 0, &changed));
-        if (changed && run->sticking.run && !any) {
+        if (changed && run->sticking.friction && !any) {
             kmp_friction_drop_kept(run);
             KMP_TRY(renew_margin(run, t, q));
         }
-        if (changed || (pass == 0 && !run->sticking.run)) /* which has let go */
+        if (changed || (pass == 0 && !run->sticking.friction)) /* which has let go */
             KMP_TRY(choose_again(run, t, q, true));
         if (pass == 0) {
             kmp_eval_mass(run->eval);
@@ -518,7 +520,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
         run->events.passed.impact = run->sticking.impacts->run.total > struck ? &run->sticking.impacts->run : NULL;
     }
     run->events.passed.switched = any;
-    if (run->sticking.run) { /* rows that begin or cease to be held change the rank */
+    if (run->sticking.friction) { /* rows that begin or cease to be held change the rank */
         const bool alone = !any && run->eval->inputs.count == 0 && !run->sampler;
         KMP_TRY((alone ? kmp_friction_settle_changed : kmp_friction_settle)(run, t, q, qd));
         run->events.tracker->count++;
@@ -533,7 +535,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     return KEMPE_OK;
 }
 
-/* Meets the closures at t from the state before it in run->state. */
+/* Meets the closures at t from the state before it in run->room.state. */
 static kempe_status switch_here(kmp_runner *run, double t, double *energy, double *gain, bool *same)
 {
     KMP_TRY(runner_take_inputs(run, t));
@@ -596,7 +598,7 @@ static bool keeps_rows(kmp_runner *run, double t)
     const kmp_pattern *entries = &run->s->jacobian;
     const double *scale = run->s->scale;
     double *h_t = run->room.rows + entries->count, size = 0, off = 0;
-    if (run->sticking.run || kmp_event_tracker_look(c, t) != KEMPE_OK)
+    if (run->sticking.friction || kmp_event_tracker_look(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
     memcpy(run->room.rows, eval->jacobian, (size_t)entries->count * sizeof *h_t);
@@ -690,7 +692,7 @@ static kempe_status pass_restart(kmp_runner *run, double t, double *work)
     return pass_switch(run, t);
 }
 
-/* Takes inputs and states from t on, at the state in run->state. */
+/* Takes inputs and states from t on, at the state in run->room.state. */
 static kempe_status renew_here(kmp_runner *run, double t)
 {
     if (run->events.tracker && run->sampler)

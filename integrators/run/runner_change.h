@@ -17,11 +17,12 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
  * if the user did not choose it, is replaced by the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
-/** Passes what happens at t, at the closed state in run->state: the `event` that the crossing has looked at, samples,
- * states that change at events, jumps of inputs, and the impacts and modes that follow. *work: of impacts, J. */
+/** Passes what happens at t, at the closed state in run->room.state: the `event` that the crossing has looked at,
+ * samples, states that change at events, jumps of inputs, and the impacts and modes that follow. *work: of impacts, J.
+ */
 kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work);
 
-/** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
+/** Continues with another formulation from a state in the present charts (q, qd, qdd in run->room.state) with a first
  * step. */
 kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step);
 

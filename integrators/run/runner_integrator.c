@@ -38,7 +38,7 @@ bool kmp_runner_is_followed(const kmp_runner *run)
 const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run)
 {
     const kmp_solver_kind *kind = run->choice.kind ? run->choice.kind : kmp_solver_find(run->spec.integrator);
-    bool stiff = kmp_friction_is_smooth(run->sticking.run) && !run->method->dae && !(run->spec.fixed_step > 0);
+    bool stiff = kmp_friction_is_smooth(run->sticking.friction) && !run->method->dae && !(run->spec.fixed_step > 0);
     if (!stiff || kind->implicit || kind->lanes)
         return kind;
     return kmp_solver_find(run->method->jacobian ? "radau5" : "radau");
@@ -159,7 +159,7 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
-    const bool steady = !run->sticking.run && !run->sticking.impacts && !run->s->switches;
+    const bool steady = !run->sticking.friction && !run->sticking.impacts && !run->s->switches;
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
     if (!run->formulation->due || !kind->lanes || !c->open || wished || !steady || run->change_point.near ||
         c->trial >= KMP_TRIAL_BEGINS)

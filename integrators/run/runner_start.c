@@ -419,10 +419,10 @@ static kempe_status runner_make_parts(kmp_runner *run)
     run->room.lambda = run->room.state + 3 * n;
     KMP_TRY(kmp_runner_make_sampler(run, run->spec.t_start));
     bool none;
-    run->sticking.run = kmp_friction_new(run, &none);
-    run->events.passed.friction = run->sticking.run;
+    run->sticking.friction = kmp_friction_new(run, &none);
+    run->events.passed.friction = run->sticking.friction;
     run->sticking.loaded = kmp_friction_is_loaded(run->s->model);
-    KMP_TRY(kmp_made(run->s->context, run->sticking.run || none));
+    KMP_TRY(kmp_made(run->s->context, run->sticking.friction || none));
     run->sticking.impacts = kmp_impact_new(run, &none);
     return kmp_made(run->s->context, run->sticking.impacts || none);
 }
@@ -474,7 +474,7 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    if (!run->sticking.run || has_modes(run))
+    if (!run->sticking.friction || has_modes(run))
         return kmp_runner_accelerate(run, t, q, qd);
     /* Modes are decided after impacts at the start. */
     double gain;
@@ -507,7 +507,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     const double *q = run->room.state, *qd = q + run->s->n;
     KMP_TRY(note_other_solution(run));
     KMP_TRY(kmp_runner_compute_margin(run, t, q));
-    if (run->part.p == 0 && !run->s->rheonomic && !run->sticking.run)
+    if (run->part.p == 0 && !run->s->rheonomic && !run->sticking.friction)
         kmp_run_log_add(run->log, "rest", t, NAN, NAN,
                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
                         "'kempe check' examines its closures");
@@ -552,7 +552,7 @@ void kmp_runner_site_free(kmp_runner *site)
 static int list_pieces(kmp_runner *run, kmp_memory_piece *piece)
 {
     int count = kmp_runner_sampler_memory(run, piece);
-    count += kmp_friction_memory(run->sticking.run, piece + count);
+    count += kmp_friction_memory(run->sticking.friction, piece + count);
     return count + kmp_impact_memory(run->sticking.impacts, piece + count);
 }
 

@@ -10,8 +10,8 @@
 /** Makes everything that a run needs before its integrator starts. */
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 
-/** Begins at spec.t_start: inputs, sampled states, conditions, rows, impacts and modes. The state is in run->state, the
- * rows in run->part. */
+/** Begins at spec.t_start: inputs, sampled states, conditions, rows, impacts and modes. The state is in
+ * run->room.state, the rows in run->part. */
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start);
 
 /** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */

@@ -8,8 +8,8 @@
 /** Leaves the present formulation. It rests if other conditions are `held` now and it can; else it is released. */
 void kmp_runner_leave(kmp_runner *run, bool held);
 
-/** Continues at t, the closed state in run->state, with the formulation that rests for the present rows, coordinates,
- * method and integrator; *returned: there is one. The integrator is to be started with run->y. */
+/** Continues at t, the closed state in run->room.state, with the formulation that rests for the present rows,
+ * coordinates, method and integrator; *returned: there is one. The integrator is to be started with run->room.y. */
 kempe_status kmp_runner_return(kmp_runner *run, double t, bool *returned);
 
 /** Releases all that rest. */

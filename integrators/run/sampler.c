@@ -57,8 +57,8 @@ static double end_of_interval(const kmp_runner *run, double t)
     const double end = kmp_time_scales_end(&run->scales, t);
     const kmp_time_scales *at_rest = &run->scales_at_rest;
     bool rests = run->events.watch_loads;
-    for (int i = 0; run->sticking.run && isfinite(at_rest->shortest) && i < run->sticking.run->count; i++) {
-        const kmp_friction_mode stance = run->sticking.run->element[i].stance;
+    for (int i = 0; run->sticking.friction && isfinite(at_rest->shortest) && i < run->sticking.friction->count; i++) {
+        const kmp_friction_mode stance = run->sticking.friction->element[i].stance;
         rests = rests || stance == KMP_FRICTION_HELD || stance == KMP_FRICTION_CARRIED;
     }
     return !rests || isinf(at_rest->shortest)

@@ -39,5 +39,5 @@ bool kmp_runner_meets_events(kmp_runner *run);
 /** At the start: true if the comparison of a state holds that changes then too, and the state is due. */
 bool kmp_runner_settles(kmp_runner *run);
 
-/** Takes the samples that are due at t: sets sampled states in run->state, whose inputs apply from t on. */
+/** Takes the samples that are due at t: sets sampled states in run->room.state, whose inputs apply from t on. */
 void kmp_runner_take_samples(kmp_runner *run, double t);

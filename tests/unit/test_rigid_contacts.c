@@ -605,6 +605,37 @@ static void handed_on(void)
     remove("handed_on.yaml");
 }
 
+/* A pulse drives a yoke onto a stop without restitution, where it is at rest for an instant. Its independent coordinate
+ * then has no rate. The digits are those of SciPy's DOP853 on the equation of the one degree of freedom. */
+static void at_rest_for_an_instant(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [1.379, 0, 0]\n"
+                         "bodies:\n"
+                         "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.13}}\n"
+                         "  s: {joint: {name: S, prismatic: x, at: ground}, mass: 0.889}\n"
+                         "loops: {yoke: {constraint: \"q(S) - 0.379*sin(q(A))\"}}\n"
+                         "forces:\n"
+                         "  spring: {joint: A, torque: \"-27.383*q(A) - 0.379*qd(A)\"}\n"
+                         "  pulse: {joint: A, torque: \"145.3*exp(-((t - 0.3344)/0.0051)^2)\"}\n"
+                         "contacts: {end: {joint: A, upper: 32.43 deg, restitution: 0}}\n"
+                         "start: {q: {A: 0.456, S: 0.16689657452725637}, qd: {A: -0.723}, hold: [A]}\n");
+    const way adams = {"reduced", "newton", "adams", 1e-6, 0};
+    for (int k = 0; k <= WAYS; k++) {
+        const way *by = k < WAYS ? &ways[k] : &adams;
+        kempe_trajectory *run = simulate(&l, by, 0.95);
+        if (run) {
+            CHECK_NEAR(time_of(run, "impact", 0), 0.47221890504419717, by->tolerance);
+            CHECK(!entry(run, "impact", 1));
+            CHECK_NEAR(last_q(run)[0], 0.11236527560171503, by->tolerance);
+            CHECK_NEAR(last_qd(run)[0], 3.7524536992160185, 10 * by->tolerance);
+            CHECK(run->report.steps < 10000);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(stop);
@@ -627,5 +658,6 @@ int main(void)
     TEST(handed_on);
     TEST(columns_apart);
     TEST(opened_by_a_damper);
+    TEST(at_rest_for_an_instant);
     return check_report();
 }

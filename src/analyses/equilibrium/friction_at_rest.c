@@ -21,7 +21,7 @@ void kmp_friction_state_look(kmp_friction_state *state, double t, const double *
 void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->sticking.run;
+    kmp_friction_run *f = run->sticking.friction;
     memset(run->room.state + run->s->n, 0, (size_t)run->s->n * sizeof *q);
     const double *now = kmp_eval_changes(run->eval, t, q, run->room.state + run->s->n);
     memcpy(f->change, now, (size_t)run->s->events.count * sizeof *now);
@@ -49,16 +49,16 @@ bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double
 static kempe_status hold(kmp_friction_state *x, int i, double t, double place)
 {
     kmp_runner *run = x->site;
-    kmp_friction_element *e = &run->sticking.run->element[i];
+    kmp_friction_element *e = &run->sticking.friction->element[i];
     bool adds;
-    KMP_TRY((kempe_status)kmp_friction_adds_row(run->sticking.run, e, t, run->room.state, &adds));
+    KMP_TRY((kempe_status)kmp_friction_adds_row(run->sticking.friction, e, t, run->room.state, &adds));
     x->view[i].word = adds ? KMP_FRICTION_WORD_STICKS : KMP_FRICTION_WORD_SHARES;
     if (adds) {
-        kmp_friction_set_held(run->sticking.run, e, place);
+        kmp_friction_set_held(run->sticking.friction, e, place);
         return KEMPE_OK;
     }
-    kmp_friction_set_given(run->sticking.run, e, 0, 0);
-    return (kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state);
+    kmp_friction_set_given(run->sticking.friction, e, 0, 0);
+    return (kempe_status)kmp_friction_choose(run->sticking.friction, t, run->room.state);
 }
 
 kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
@@ -68,23 +68,23 @@ kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const
     memcpy(run->room.state, q, (size_t)run->s->n * sizeof *q);
     kmp_friction_state_open(run->eval);
     kmp_friction_forget_rows(run);
-    KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state));
+    KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.friction, t, run->room.state));
     for (int i = 0; i < state->count; i++)
         if (state->view[i].contact)
             state->view[i].word = KMP_FRICTION_WORD_SLIPS;
     for (int how = KMP_PRESSED; how <= KMP_PRESSED_IF_IMPLIED; how++)
         for (int i = 0; i < state->count; i++) {
-            kmp_friction_element *e = &run->sticking.run->element[i];
+            kmp_friction_element *e = &run->sticking.friction->element[i];
             if (!state->view[i].contact || (int)pressed[i] != how)
                 continue;
             /* By its row, or by the rows of others. */
             KMP_TRY(hold(state, i, t, 0));
             if (state->view[i].word == KMP_FRICTION_WORD_SHARES) {
-                kmp_friction_put(run->sticking.run, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
+                kmp_friction_put(run->sticking.friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
             } else if (how == KMP_PRESSED_IF_IMPLIED) {
-                kmp_friction_set_slip(run->sticking.run, e, 0, 0);
+                kmp_friction_set_slip(run->sticking.friction, e, 0, 0);
                 state->view[i].word = KMP_FRICTION_WORD_SLIPS;
-                KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.run, t, run->room.state));
+                KMP_TRY((kempe_status)kmp_friction_choose(run->sticking.friction, t, run->room.state));
             }
         }
     return KEMPE_OK;
@@ -94,7 +94,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
                                      const double *place)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->sticking.run;
+    kmp_friction_run *f = run->sticking.friction;
     kmp_friction_state_evaluate(state, t, q, NULL);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->room.state, -1, NULL, 0));
@@ -106,7 +106,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
         bool wanted = !state->view[i].off && (which ? which[i] : level || run->sticking.loaded);
         if (e->contact)
             continue;
-        kmp_friction_set_slip(run->sticking.run, e, 0, 0);
+        kmp_friction_set_slip(run->sticking.friction, e, 0, 0);
         state->view[i].word = KMP_FRICTION_WORD_SLIPS;
         if (wanted)
             KMP_TRY(hold(state, i, t, place ? place[i] : at));
@@ -117,10 +117,10 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
 kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q)
 {
     kmp_runner *run = state->site;
-    kmp_friction_run *f = run->sticking.run;
+    kmp_friction_run *f = run->sticking.friction;
     kmp_friction_state_evaluate(state, t, q, NULL);
     kmp_partition_free(&run->part);
-    KMP_TRY((kempe_status)kmp_friction_load(run->sticking.run, t, run->room.state, run->room.state + run->s->n,
+    KMP_TRY((kempe_status)kmp_friction_load(run->sticking.friction, t, run->room.state, run->room.state + run->s->n,
                                             &state->part));
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];

@@ -502,7 +502,7 @@ static kempe_status go_on(kmp_engine *e, const kmp_lane_group *from, int i, doub
     kmp_partition part;
     double limit = x->limit;
     memcpy(e->state, site->room.state, 2 * (size_t)e->n * sizeof *e->state);
-    if (kmp_friction_is_smooth(site->sticking.run))
+    if (kmp_friction_is_smooth(site->sticking.friction))
         return kmp_instance_start_apart(e, i, site->part.r, 0, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, e->s->switches ? &site->part : &from->part)));
     if (e->s->switches)

@@ -122,7 +122,7 @@ void kmp_instance_begin_account(kmp_engine *e, int i)
 /* Puts the friction of elements that slip in place of their multipliers. */
 static void show_friction(kmp_engine *e, double t, double *row)
 {
-    if (e->site && e->site->sticking.run && e->measuring->q->late)
+    if (e->site && e->site->sticking.friction && e->measuring->q->late)
         kmp_friction_show(e->site, t, row);
 }
 
@@ -191,7 +191,7 @@ bool kmp_lane_group_complete(kmp_engine *e, kmp_lane_group *pool)
 /* True if quantities are sampled in all lanes together. */
 static bool samples(const kmp_engine *e, const kmp_lane_group *pool)
 {
-    bool shows = e->site && e->site->sticking.run; /* in place of multipliers */
+    bool shows = e->site && e->site->sticking.friction; /* in place of multipliers */
     return e->measuring->sampled && (!e->measuring->q->late || (pool->complete_lanes && !shows));
 }
 

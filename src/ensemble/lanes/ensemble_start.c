@@ -144,7 +144,7 @@ static const char *detour_at(const kmp_engine *e, const kmp_partition *part, con
         return "a change point near the start";
     if (!kmp_instance_has_angles(e, q, KMP_AXES_CENTRED))
         return KMP_LANE_SINGULAR_ANGLES;
-    return e->site && kmp_friction_is_smooth(e->site->sticking.run) ? KMP_LANE_SMOOTH : NULL;
+    return e->site && kmp_friction_is_smooth(e->site->sticking.friction) ? KMP_LANE_SMOOTH : NULL;
 }
 
 /* Chooses rows and coordinates at a start, at the site if there is one; *q and *qd are then the state there. */
@@ -544,7 +544,7 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
     double t = kmp_runner_t(run), before = part->margin;
     *returns = false;
     if (run->change_point.near || run->change_point.walks || run->events.here ||
-        kmp_friction_is_smooth(run->sticking.run) || kmp_runner_sample_is_due(run, t))
+        kmp_friction_is_smooth(run->sticking.friction) || kmp_runner_sample_is_due(run, t))
         return KEMPE_OK;
     rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
