@@ -227,11 +227,10 @@
 /** The same of the distance of a contact, also where several strike together: a sequence of impacts is ended before its
  * limit, and leaves a part of this size. */
 #define KMP_SLOPE_PARTS 1e-5
+/** Events of one time have derivatives of it that are equal to this part, up to rounding. */
+#define KMP_SLOPE_SAME_TIME 1e-6
 /** Conditions whose zero is farther away than this time, in characteristic ones, have jumped past it. */
 #define KMP_SLOPE_JUMPED 1e-6
-/** Part of a run: a contact that closes within this time of its last impact closes at the end of its rebounds, which
- * is before their limit (KMP_IMPACT_SPACING): derivatives with respect to its distance and rate then end there. */
-#define KMP_SLOPE_SETTLED 4e-6
 /** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
 #define KMP_SLOPE_ROUNDED 1e-10
 /** Tolerances of the adjoint method are of the weights at the end of the motion, which are at least this part of the

@@ -10,7 +10,11 @@
  * transposes of their maps (forward.h). Between two of them the degrees of freedom are the same: a segment.
  *
  * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters, and the weights
- * of distances at which friction is held, which are constant parameters while it is; their time is t_end - t. */
+ * of distances at which friction is held, which are constant parameters while it is; their time is t_end - t.
+ *
+ * A map of an event may hold only for the parameters: its columns by parts of the state break what the derivatives by
+ * parameters must satisfy (kmp_forward_requirement). This is another scalar, linear in the state before the event,
+ * which goes back to the start like the target, and vanishes for each parameter. */
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/derivatives/varied_lanes.h"
 #include "analyses/parts/unsupported.h"
@@ -48,6 +52,11 @@ typedef struct kept_map {
     kept_step *last;    /* before it; NULL: none */
 } kept_map;
 
+typedef struct placed_requirement {
+    const kept_map *map;
+    const kmp_forward_requirement *of;
+} placed_requirement;
+
 typedef struct adjoint {
     kmp_arena arena;
     kmp_sensitivity_equations *v;
@@ -60,10 +69,16 @@ typedef struct adjoint {
     double reach;   /* size of the weights at the end, for tolerances */
     double rate_scale;
     kmp_solver_work work;
+    long before; /* steps backwards of other scalars */
     int steps;
-    kept_step *begin, *end; /* of the whole motion */
-    size_t kept;            /* bytes of steps and maps */
-    kept_map *map;          /* the last one */
+    kept_step *begin, *end;     /* of the whole motion */
+    size_t kept;                /* bytes of steps and maps */
+    kept_map *map;              /* the last one */
+    bool weighs;                /* the target adds weights on the way back */
+    int required;               /* requirements of all maps: */
+    placed_requirement *placed; /* the last one first */
+    int present, past, ways;    /* the next one that goes back, and the first one that does not; ways back so far */
+    const char *unmet;          /* of the first event whose requirement is not met */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_ode ode;
@@ -74,6 +89,7 @@ typedef struct adjoint {
     double *dq, *dqd, *dqdd;                      /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
     double *matrix, *weights;                     /* p x 2 p; of the unknowns behind a map */
+    double *off, *span;                           /* count: derivatives of a requirement, and their size */
     kmp_changes_weight back;
     bool known;   /* the matrices in lanes belong to these times, and to this segment */
     bool weighed; /* so do the slopes of the quadratures */
@@ -130,6 +146,27 @@ static size_t chart_size(const adjoint *a)
     return KMP_CHART_SIZE * (size_t)a->v->system->chart_count;
 }
 
+/* Copies the requirements of a map, the last one first. False: no memory. */
+static bool keep_requirements(adjoint *a, const kmp_forward_map *map, const kmp_forward_requirement **to)
+{
+    const size_t columns = (size_t)map->columns;
+    for (; *to; *to = (*to)->before)
+        a->required--;
+    for (const kmp_forward_requirement *from = map->requirement; from; from = from->before) {
+        kmp_forward_requirement *copy = copy_of(a, from, 1, sizeof *from);
+        if (!copy)
+            return false;
+        copy->off = copy_of(a, from->off, columns, sizeof(double));
+        copy->term = copy_of(a, from->term, (size_t)from->terms * columns, sizeof(double));
+        copy->reason = copy_of(a, from->reason, strlen(from->reason) + 1, 1);
+        copy->before = NULL;
+        *to = copy;
+        to = &copy->before;
+        a->required++;
+    }
+    return true;
+}
+
 static int keep_map(void *user, const kmp_forward_map *map, bool again)
 {
     adjoint *a = user;
@@ -138,6 +175,7 @@ static int keep_map(void *user, const kmp_forward_map *map, bool again)
         return 1;
     if (!again) {
         *to = (kept_map){a->map, *map, {0}, a->end};
+        to->of.requirement = NULL;
         to->of.row = copy_of(a, map->row, (size_t)map->held, sizeof(int));
         to->of.q = copy_of(a, map->q, (size_t)a->n, sizeof(double));
         to->of.mode = copy_of(a, map->mode, (size_t)a->v->system->events.count, sizeof(double));
@@ -153,6 +191,8 @@ static int keep_map(void *user, const kmp_forward_map *map, bool again)
     to->of.ud_after = copy_of(a, map->ud_after, columns * p, sizeof(double));
     to->of.held_after = copy_of(a, map->held_after, columns * held, sizeof(double));
     to->of.integral_after = copy_of(a, map->integral_after, columns, sizeof(double));
+    if (!keep_requirements(a, map, &to->of.requirement))
+        return 1;
     a->kept += columns * (2 * p + held + 1) * sizeof(double);
     a->held = map->held;
     a->row = to->of.row;
@@ -401,7 +441,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
     memset(dy, 0, (size_t)a->size * sizeof *dy);
     memcpy(dy + p, y, (size_t)p * sizeof *dy);
     memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
-    go_back(a, a->integral, a->wu, dy, dy + p, dy + 2 * p);
+    go_back(a, a->weighs, a->wu, dy, dy + p, dy + 2 * p);
     return KMP_GO;
 }
 
@@ -560,7 +600,7 @@ static kempe_status pass_segment(adjoint *a, double *h)
         kmp_progress(context, KMP_PROGRESS_STUDY, a->solver->t, a->options->spec->t_end, "s");
         if (status == KEMPE_OK && kmp_interrupted(context))
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
-        const long steps = a->work.steps + a->solver->work.steps, most = a->options->spec->max_steps;
+        const long steps = a->work.steps - a->before + a->solver->work.steps, most = a->options->spec->max_steps;
         if (status == KEMPE_OK && most > 0 && steps >= most && a->solver->t < end)
             return kmp_fail(context, KEMPE_E_FAILED,
                             "the limit of %ld steps (max_steps) is reached backwards at t = %.9g s", most,
@@ -599,6 +639,13 @@ static double along(int size, int k, const double *columns, const double *weight
     return kmp_dot(size, columns + (ptrdiff_t)k * size, weights);
 }
 
+/* The weight of column k of a map, among the unknowns before it. */
+static double *weight_of_column(const adjoint *a, const kmp_forward_map *map, int k)
+{
+    const int count = a->count, before = 2 * map->p;
+    return k < count ? &a->y[before + k] : k < count + before ? &a->y[k - count] : &a->y[k];
+}
+
 /* Converts the weights of the state behind a map to weights of the state before it. */
 static void pass_map(adjoint *a, const kmp_forward_map *map)
 {
@@ -608,10 +655,10 @@ static void pass_map(adjoint *a, const kmp_forward_map *map)
     memset(a->y, 0, (size_t)(2 * before + count + held) * sizeof *a->y);
     memcpy(a->y + 2 * before, ud + after, (size_t)count * sizeof *a->y);
     for (int k = 0; k < map->columns; k++) {
-        double *to = k < count ? &a->y[2 * before + k] : k < count + 2 * before ? &a->y[k - count] : &a->y[k];
+        double *to = weight_of_column(a, map, k);
         *to += along(after, k, map->u_after, u) + along(after, k, map->ud_after, ud) +
                along(held, k, map->held_after, fixed);
-        *to += a->integral ? map->integral_after[k] : 0;
+        *to += a->weighs ? map->integral_after[k] : 0;
     }
 }
 
@@ -649,10 +696,41 @@ static kempe_status pass_exchange(adjoint *a, const kept_map *map)
     return KEMPE_OK;
 }
 
-static kempe_status all_back(adjoint *a, double h)
+/* Adds a row of columns, times `factor`, to the weights before the map of a requirement. It is divided by the rounding
+ * to which the requirement vanishes: derivatives by a parameter are then of the size 1 over the parameter's. */
+static void add_row(adjoint *a, const placed_requirement *to, const double *row, double factor)
 {
-    kept_step *last = a->end;
-    for (const kept_map *map = a->map; map; map = map->before) {
+    for (int k = 0; k < to->map->of.columns; k++)
+        *weight_of_column(a, &to->map->of, k) += factor / (to->of->part * to->of->rounding) * row[k];
+}
+
+#define LEAST_FACTOR 0.5
+
+/* Different factors of requirements: what does not vanish does not cancel with another one. */
+static double factor_of(int number)
+{
+    const double x = 0.6180339887498949 * number;
+    return LEAST_FACTOR * (1 + x - floor(x));
+}
+
+/* Adds those requirements of a map whose turn it is. */
+static void add_requirements(adjoint *a, const kept_map *map)
+{
+    for (; a->present < a->past && a->placed[a->present].map == map; a->present++)
+        add_row(a, &a->placed[a->present], a->placed[a->present].of->off, factor_of(a->present));
+}
+
+/* True if steps end between a map and the one before it. */
+static bool follows_steps(const kept_map *map)
+{
+    return map->last && map->last != (map->before ? map->before->last : NULL);
+}
+
+/* The weights at the start, from the weights at the end of the step `last`, behind `map`. */
+static kempe_status all_back(adjoint *a, const kept_map *map, kept_step *last)
+{
+    double h = a->kind->implicit ? fmin(1e-3 / a->rate_scale, a->options->spec->t_end) : 0;
+    for (; map; map = map->before) {
         KMP_TRY(come_back(a, map->last, last, &h));
         last = map->last;
         if (map->of.columns == 0) {
@@ -660,10 +738,102 @@ static kempe_status all_back(adjoint *a, double h)
             continue;
         }
         pass_map(a, &map->of);
-        if (map->last && map->last != (map->before ? map->before->last : NULL))
+        add_requirements(a, map);
+        if (follows_steps(map))
             KMP_TRY(stand_before(a, map));
     }
     return KEMPE_OK;
+}
+
+/* -- requirements ------------------------------------------------------------------------------------- */
+
+/* Ways back to the start that requirements may take. */
+enum { MOST_WAYS = 250 };
+
+/* The error of the weights of a requirement, whose rounding is 1. */
+#define REQUIREMENT_ERROR 1e-2
+
+/* The derivatives by parameters, in y, of the requirements from the present one to `to`, or of another row of this
+ * one's map. */
+static kempe_status find_derivatives(adjoint *a, int to, const double *row)
+{
+    const placed_requirement *first = &a->placed[a->present];
+    if (a->ways++ == MOST_WAYS)
+        return kmp_fail(a->v->system->context, KEMPE_E_FAILED,
+                        "%s for each part of the state, and the adjoint method examines no more such events: the "
+                        "forward method may have those with respect to parameters",
+                        first->of->reason);
+    memset(a->y, 0, (size_t)(2 * a->n + a->count + a->held) * sizeof *a->y);
+    a->past = to;
+    if (row)
+        add_row(a, first, row, 1);
+    else
+        add_requirements(a, first->map);
+    a->before = a->work.steps + (a->solver ? a->solver->work.steps : 0);
+    a->reach = REQUIREMENT_ERROR / a->options->spec->atol;
+    if (follows_steps(first->map))
+        KMP_TRY(stand_before(a, first->map));
+    return all_back(a, first->map->before, first->map->last);
+}
+
+/* True if the derivatives in y vanish to a part of `span`, or up to `rounding`. */
+static bool vanishes(const adjoint *a, const double *off, double part, double rounding)
+{
+    bool does = true;
+    for (int k = 0; k < a->count; k++)
+        does = does && fabs(off[k]) <= part * a->span[k] + rounding / a->sizes[k];
+    return does;
+}
+
+/* Finds out if derivatives by parameters satisfy one requirement, which they do not satisfy up to rounding. */
+static kempe_status examine_terms(adjoint *a, int number)
+{
+    const placed_requirement *one = &a->placed[number];
+    bool met = false;
+    for (int k = 0; k < a->count; k++)
+        a->off[k] = a->y[k] / factor_of(number);
+    memset(a->span, 0, (size_t)a->count * sizeof *a->span);
+    for (int j = 0; j < one->of->terms && !met; j++) {
+        a->present = number;
+        KMP_TRY(find_derivatives(a, number, one->of->term + (ptrdiff_t)j * one->map->of.columns));
+        for (int k = 0; k < a->count; k++)
+            a->span[k] += fabs(a->y[k]);
+        met = vanishes(a, a->off, one->of->part, 1);
+    }
+    a->unmet = met ? a->unmet : one->of->reason;
+    return KEMPE_OK;
+}
+
+/* Finds out if they satisfy the requirements from `from` to `to`: where a sum of all with different factors vanishes
+ * up to their rounding, each of them does. */
+static kempe_status examine(adjoint *a, int from, int to)
+{
+    a->present = from;
+    KMP_TRY(find_derivatives(a, to, NULL));
+    memset(a->span, 0, (size_t)a->count * sizeof *a->span);
+    if (vanishes(a, a->y, 0, to - from > 1 ? LEAST_FACTOR : factor_of(from)))
+        return KEMPE_OK;
+    if (to - from == 1)
+        return examine_terms(a, from);
+    const int middle = from + (to - from) / 2;
+    KMP_TRY(examine(a, from, middle));
+    return examine(a, middle, to);
+}
+
+/* Checks that the maps hold for the derivatives by parameters. */
+static kempe_status check_requirements(adjoint *a)
+{
+    int count = 0;
+    if (a->required == 0)
+        return KEMPE_OK;
+    a->placed = KMP_ARENA_NEW(&a->arena, placed_requirement, a->required);
+    KMP_TRY(kmp_made(a->v->system->context, a->placed));
+    for (const kept_map *map = a->map; map; map = map->before)
+        for (const kmp_forward_requirement *of = map->of.requirement; of; of = of->before)
+            a->placed[count++] = (placed_requirement){map, of};
+    a->weighs = false;
+    KMP_TRY(examine(a, 0, count));
+    return a->unmet ? kmp_fail(a->v->system->context, KEMPE_E_FAILED, "%s", a->unmet) : KEMPE_OK;
 }
 
 /* -- end --------------------------------------------------------------------------------------------- */
@@ -676,7 +846,7 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, n, &a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force),
         KMP_ROOM(double, m, &a->wlambda, &a->back.h, &a->back.rate, &a->back.curve),
         KMP_ROOM(double, n, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * n, &a->state),
-        KMP_ROOM(double, 2 * n * n, &a->matrix));
+        KMP_ROOM(double, 2 * n * n, &a->matrix), KMP_ROOM(double, a->count, &a->off, &a->span));
 }
 
 /* The size of the target by its gradient, before the response of the mechanism, and by its value: weights at the end
@@ -697,6 +867,7 @@ static kempe_status begin_at_end(adjoint *a)
 {
     const kmp_sensitivity_equations *v = a->v;
     const double t_end = a->options->spec->t_end, rate_scale = a->rate_scale;
+    a->weighs = a->integral;
     recall(a, a->end, t_end, a->state);
     kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
     KMP_TRY(stand(a, t_end, a->end_q, &a->map->part, a->state));
@@ -717,7 +888,7 @@ static kempe_status begin_at_end(adjoint *a)
     return make_solver(a);
 }
 
-static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
+static kempe_status run_back(adjoint *a, bool known, kmp_adjoint_report *report)
 {
     if (a->steps == 0)
         return fail(a, a->options->spec->t_end);
@@ -727,8 +898,9 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     a->p = a->end->p;
     KMP_TRY(begin_at_end(a));
     report->value = a->integral ? report->forward.integral : a->value;
-    KMP_TRY(all_back(a, a->kind->implicit ? fmin(1e-3 / a->rate_scale, a->options->spec->t_end) : 0));
+    KMP_TRY(all_back(a, a->map, a->end));
     memcpy(a->gradient, a->y, (size_t)a->count * sizeof *a->gradient); /* nothing is before the start: p = 0 */
+    KMP_TRY(known ? KEMPE_OK : check_requirements(a));
     add_work(a);
     report->steps = a->work.steps;
     report->rhs = a->work.rhs;
@@ -737,8 +909,8 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 }
 
 kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forward *options,
-                             const kmp_forward_target *target, bool integral, const double *sizes, double *gradient,
-                             kmp_adjoint_report *report)
+                             const kmp_forward_target *target, bool integral, bool known, const double *sizes,
+                             double *gradient, kmp_adjoint_report *report)
 {
     adjoint a = {.v = varied,
                  .target = target,
@@ -765,7 +937,7 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {
         varied->linear.eval->inputs.held = true;
-        status = run_back(&a, report);
+        status = run_back(&a, known, report);
         varied->linear.eval->inputs.held = false;
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));

@@ -7,7 +7,8 @@
 #include "model/data/force.h"
 
 /** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
- * watch of `options` are ignored. Errors as kmp_forward_run. */
+ * watch of `options` are ignored. `known`: another scalar has shown that the motion has derivatives by the parameters
+ * at its events. Errors as kmp_forward_run. */
 kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forward *options,
-                             const kmp_forward_target *target, bool integral, const double *sizes, double *gradient,
-                             kmp_adjoint_report *report);
+                             const kmp_forward_target *target, bool integral, bool known, const double *sizes,
+                             double *gradient, kmp_adjoint_report *report);

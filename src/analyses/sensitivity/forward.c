@@ -777,12 +777,13 @@ bool kmp_forward_make_columns(kmp_forward_formulation *f, int most)
     const int n = f->n, conditions = f->system->events.count;
     const double *tail = f->tail;
     f->most = most;
-    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, n *most, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed),
-                   KMP_ROOM(double, f->m *most, &f->dlambda, &f->held),
-                   KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown),
-                   KMP_ROOM(double, most, &f->swing, &f->common, &f->last), KMP_ROOM(double, 1 + most, &f->tail),
-                   KMP_ROOM(double, conditions *most, &f->swings),
-                   KMP_ROOM(double, f->options->alone ? (2 * n + 1) * (1 + most) : 0, &f->wide));
+    KMP_ARENA_MAKE(
+        &f->arena,
+        KMP_ROOM(double, n *most, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed, &f->dq_before, &f->dqd_before),
+        KMP_ROOM(double, f->m *most, &f->dlambda, &f->held), KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown),
+        KMP_ROOM(double, most, &f->swing, &f->common, &f->last), KMP_ROOM(double, 1 + most, &f->tail),
+        KMP_ROOM(double, conditions *most, &f->swings),
+        KMP_ROOM(double, f->options->alone ? (2 * n + 1) * (1 + most) : 0, &f->wide));
     if (f->arena.failed)
         return false;
     if (tail)
@@ -795,7 +796,8 @@ static bool make_room(kmp_forward_formulation *f)
     kmp_arena *a = &f->arena;
     int n = f->n, conditions = f->system->events.count;
     KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before),
-                   KMP_ROOM(double, n, &f->jerk), KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows),
+                   KMP_ROOM(double, n, &f->jerk, &f->row, &f->pace, &f->pace_of_rates),
+                   KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows),
                    KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
                    KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart),
                    KMP_ROOM(double, 2 * n * n, &f->matrix),

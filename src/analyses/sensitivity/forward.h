@@ -33,6 +33,17 @@ typedef struct kmp_forward_target {
     const double *q, *qd, *qdd, *lambda, *shown;
 } kmp_forward_target;
 
+/** A requirement of the derivatives by parameters at an event, without which its map does not hold for them: `off`, by
+ * the columns of the map, vanishes for them to the part `part` of their size. That is the sum of the sizes of their
+ * terms, and `rounding` over the size of a parameter. */
+typedef struct kmp_forward_requirement {
+    const double *off, *term; /* terms x columns */
+    int terms;
+    double part, rounding;
+    const char *reason; /* why there is no derivative otherwise */
+    const struct kmp_forward_requirement *before;
+} kmp_forward_requirement;
+
 /** The state of a motion without sensitivities before and after an event or a change of its unknowns, or several at
  * one time: u, ud and the distances at which friction is held. Rows among `held` that are not held count as zero. At
  * the start, which is the first map, nothing is before (p = 0), and all columns are parameters. A change of the
@@ -47,6 +58,7 @@ typedef struct kmp_forward_map {
     const kmp_partition *part;  /* behind it */
     int p_after;
     const double *u_after, *ud_after, *held_after, *integral_after; /* columns x (p_after, p_after, held, 1) */
+    const kmp_forward_requirement *requirement;                     /* the last one */
 } kmp_forward_map;
 
 /** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */

@@ -76,13 +76,10 @@ int kmp_forward_halt_at_event(kmp_forward_formulation *f, int sample, double t)
         model->states[kmp_state_of_sample(model, sample)].name, t);
 }
 
-/* Events of one time have derivatives that are equal up to rounding. */
-#define SAME_SWING 1e-6
-
 bool kmp_forward_same_swing(int count, const double *a, const double *b)
 {
     for (int i = 0; i < count; i++)
-        if (fabs(a[i] - b[i]) > SAME_SWING * fmax(fabs(a[i]), fabs(b[i])))
+        if (fabs(a[i] - b[i]) > KMP_SLOPE_SAME_TIME * fmax(fabs(a[i]), fabs(b[i])))
             return false;
     return true;
 }

@@ -7,6 +7,7 @@
 #include "analyses/sensitivity/forward_changes.h"
 #include "analyses/sensitivity/forward_delays.h"
 #include "analyses/sensitivity/forward_impact.h"
+#include "analyses/sensitivity/forward_requirements.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
@@ -15,24 +16,25 @@
 
 /* -- along an event ------------------------------------------------------------------------------------- */
 
-/* Adds the rate and the acceleration of coordinate i, times `swing`, to its derivatives by parameter k, and the sizes
- * of these terms to the sums of sizes, at least by their rounding. */
-static void add_term(kmp_forward_formulation *f, int k, int i, double rate, double acceleration, double swing)
+/* Adds rates and accelerations, times `sign` and dt_e/dp, to the derivatives, and the sizes of these terms to the sums
+ * of sizes, at least by their rounding. */
+static void add_terms(kmp_forward_formulation *f, const double *qd, const double *qdd, double sign, const double *swing)
 {
-    const int at = k * f->n + i;
-    const double usual = f->start.rate_scale * f->system->scale[i] * KMP_IMPACT_RATES / KMP_SLOPE_LOOSE;
-    f->dq[at] += rate * swing;
-    f->dqd[at] += acceleration * swing;
-    f->span[at] += (fabs(rate) + usual) * fabs(swing);
-    f->speed[at] += (fabs(acceleration) + usual * f->start.rate_scale) * fabs(swing);
-}
-
-/* Adds the rates of the place, and these accelerations, times f->swing to its derivatives. */
-static void go_along(kmp_forward_formulation *f, const double *qdd)
-{
-    for (int k = 0; k < f->count; k++)
-        for (int i = 0; i < f->n && f->swing[k] != 0; i++)
-            add_term(f, k, i, f->qd[i], qdd[i], f->swing[k]);
+    for (int i = 0; i < f->n; i++) {
+        const double usual = f->start.rate_scale * f->system->scale[i] * KMP_IMPACT_RATES / KMP_SLOPE_LOOSE;
+        const double rate = fabs(qd[i]) + usual, acceleration = fabs(qdd[i]) + usual * f->start.rate_scale;
+        f->pace[i] += rate;
+        f->pace_of_rates[i] += acceleration;
+        for (int k = 0; k < f->count; k++) {
+            const int at = k * f->n + i;
+            if (swing[k] == 0)
+                continue;
+            f->dq[at] += qd[i] * (sign * swing[k]);
+            f->dqd[at] += qdd[i] * (sign * swing[k]);
+            f->span[at] += rate * fabs(swing[k]);
+            f->speed[at] += acceleration * fabs(swing[k]);
+        }
+    }
 }
 
 /* Next values and delayed signals that jump take part in the event of the run, before which the place is: they have its
@@ -52,7 +54,7 @@ static int join_event(kmp_forward_formulation *f, double t, bool jumps)
             t);
     }
     if (f->cause_before < 0 && moves) {
-        go_along(f, f->qdd_before);
+        add_terms(f, f->qd, f->qdd_before, 1, f->swing);
         f->cause_before = f->reset_cause;
     }
     memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
@@ -101,6 +103,24 @@ static bool has_jumped(const kmp_forward_formulation *f, double t)
     return f->last_t == t && f->distance * f->start.rate_scale > KMP_SLOPE_JUMPED;
 }
 
+/* The size of the quantity by which column k differentiates. */
+static double size_of(const kmp_forward_formulation *f, int k)
+{
+    return f->column_size && k >= f->v->count ? f->column_size[k] : f->sizes[k];
+}
+
+/* True if f->swing and f->common are derivatives of one time, up to rounding. */
+static bool have_one_time(const kmp_forward_formulation *f)
+{
+    bool have = true;
+    for (int k = 0; k < f->count; k++) {
+        const double size = fmax(fabs(f->swing[k]), fabs(f->common[k]));
+        const double rounding = KMP_SLOPE_ROUNDED / (f->start.rate_scale * size_of(f, k));
+        have = have && fabs(f->swing[k] - f->common[k]) <= KMP_SLOPE_SAME_TIME * size + rounding;
+    }
+    return have;
+}
+
 /* dt_e/dp of the event that the run passes, whose conditions have one time: f->common. */
 static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
 {
@@ -129,11 +149,13 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                 "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
                 "motion has no derivative with respect to parameters there",
                 f->system->event_text[k], t);
-        if (cause >= 0 && !kmp_forward_same_swing(f->count, f->swing, f->common))
-            return kmp_forward_halt(f,
+        if (cause >= 0 && !have_one_time(f) &&
+            kmp_forward_require_one_time(
+                f, kmp_arena_printf(&f->arena,
                                     "the conditions %s and %s change together at t = %.9g, at times that depend on "
                                     "parameters in different ways: the motion has no derivative there",
-                                    f->system->event_text[cause], f->system->event_text[k], t);
+                                    f->system->event_text[cause], f->system->event_text[k], t)) != KMP_GO)
+            return KMP_HALT;
         cause = k;
         memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
     }
@@ -144,22 +166,21 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                : KMP_GO;
 }
 
-/* The size of the quantity by which column k differentiates. */
-static double size_of(const kmp_forward_formulation *f, int k)
-{
-    return f->column_size && k >= f->v->count ? f->column_size[k] : f->sizes[k];
-}
-
 /* Begins the sums of sizes with the derivatives, and with rounding of coordinates. */
 static void begin_terms(kmp_forward_formulation *f)
 {
     for (int k = 0; k < f->count; k++)
         for (int i = 0; i < f->n; i++) {
             const int at = k * f->n + i;
-            const double rounding = KMP_SLOPE_ROUNDED / KMP_SLOPE_LOOSE * f->system->scale[i] / size_of(f, k);
+            const double rounding = kmp_forward_rounding(f, i) / size_of(f, k);
             f->span[at] = fabs(f->dq[at]) + rounding;
             f->speed[at] = fabs(f->dqd[at]) + rounding * f->start.rate_scale;
         }
+    const size_t size = (size_t)(f->count * f->n) * sizeof *f->dq;
+    memcpy(f->dq_before, f->dq, size);
+    memcpy(f->dqd_before, f->dqd, size);
+    memset(f->pace, 0, (size_t)f->n * sizeof *f->pace);
+    memset(f->pace_of_rates, 0, (size_t)f->n * sizeof *f->pace_of_rates);
 }
 
 int kmp_forward_leave_at_event(kmp_forward_formulation *f, double t, const double *y)
@@ -170,7 +191,7 @@ int kmp_forward_leave_at_event(kmp_forward_formulation *f, double t, const doubl
     f->integrand_before = kmp_forward_integrand_here(f);
     begin_terms(f);
     memcpy(f->qdd_before, l->qdd, (size_t)f->n * sizeof *l->qdd);
-    go_along(f, l->qdd);
+    add_terms(f, l->qd, l->qdd, 1, f->swing);
     f->passing = true;
     return KMP_GO;
 }
@@ -218,23 +239,43 @@ int kmp_forward_arrive_after_event(kmp_forward_formulation *f, const kmp_formula
     return KMP_GO;
 }
 
-/* True if the contact of a row has just had the last of its rebounds, and closes without another one. Parts of the
- * state that have moved it then end at the contact as the rebounds do, which leave nothing of them. */
-static bool has_settled(const kmp_forward_formulation *f, const kmp_friction_run *friction,
-                        const kmp_friction_element *e)
+/* The checks of a row that is held: that it keeps its distance and its rate. */
+enum { DISTANCE, RATE, CHECKS };
+
+static const char *reason_of(kmp_forward_formulation *f, const kmp_friction_element *e, int check)
 {
-    const kmp_friction_element *contact = e->contact ? e : e->base >= 0 ? &friction->element[e->base] : NULL;
-    return contact && !contact->struck && f->start.t - contact->last <= KMP_SLOPE_SETTLED * f->options->spec->t_end;
+    return kmp_arena_printf(&f->arena,
+                            "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
+                            "derivative there",
+                            f->system->event_text[e->slot], f->start.t, check == DISTANCE ? "distance" : "rate");
+}
+
+/* Judges the checks of a row. Small changes belong to the last state. */
+static int judge_row(kmp_forward_formulation *f, const kmp_friction_element *e, const kmp_forward_check *check)
+{
+    const kmp_pattern *entries = &f->system->jacobian;
+    if (!check[DISTANCE].fails && !check[RATE].fails)
+        return KMP_GO;
+    memset(f->row, 0, (size_t)f->n * sizeof *f->row);
+    for (int j = 0; j < entries->count; j++)
+        if (entries->row[j] == e->row)
+            f->row[entries->col[j]] += kmp_forward_eval(f)->jacobian[j];
+    for (int c = 0; c < CHECKS; c++)
+        if (check[c].fails && kmp_forward_require(f, &check[c], f->row, reason_of(f, e, c)) != KMP_GO)
+            return KMP_HALT;
+    return KMP_GO;
 }
 
 /* A row of friction holds its place, whose derivative stays as it is: `moved`. A closed contact stays closed only if
- * the derivatives of its distance and its rate are zero; derivatives by a part of the state, where it has `settled`,
- * need not be. `rate`: the part of its rate's by the place. Small changes belong to the last state. */
-static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, bool settled, double rate,
-                    double *moved)
+ * the derivatives of its distance and its rate are zero. `rate`: the part of its rate's by the place. */
+static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, int k, double rate, double *moved,
+                    kmp_forward_check *check)
 {
     const kmp_pattern *entries = &f->system->jacobian;
     double span = fabs(*moved), speed = fabs(rate);
+    check[RATE].rates = true;
+    check[DISTANCE].given[k] = *moved;
+    check[RATE].given[k] = rate;
     for (int j = 0; j < entries->count; j++) {
         if (entries->row[j] != e->row)
             continue;
@@ -245,21 +286,18 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
         rate += by * f->dqd[at];
         speed += fabs(by) * f->speed[at];
     }
-    const bool free = settled && k >= f->v->count, parts = e->contact && fabs(*moved) > KMP_SLOPE_PARTS * span;
-    if (!free && (parts || fabs(rate) > KMP_SLOPE_LOOSE * speed))
-        return kmp_forward_halt(f,
-                                "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
-                                "derivative there",
-                                f->system->event_text[e->slot], f->start.t, parts ? "distance" : "rate");
+    check[DISTANCE].off[k] = *moved;
+    check[RATE].off[k] = rate;
+    check[DISTANCE].fails = check[DISTANCE].fails || (e->contact && fabs(*moved) > KMP_SLOPE_PARTS * span);
+    check[RATE].fails = check[RATE].fails || fabs(rate) > KMP_SLOPE_LOOSE * speed;
     *moved = e->contact ? 0 : *moved;
-    return KMP_GO;
+    return f->options->alone ? KMP_GO : judge_row(f, e, check);
 }
 
-static int hold_rows(kmp_forward_formulation *f)
+static int hold_all(kmp_forward_formulation *f, const kmp_friction_run *friction, kmp_forward_check *check)
 {
     kmp_sensitivity_equations *v = f->v;
-    const kmp_friction_run *friction = f->start.passed->friction;
-    for (int k = 0; friction && k < f->count; k++) {
+    for (int k = 0; k < f->count; k++) {
         double *held = f->held + k * f->m;
         memset(held, 0, (size_t)f->m * sizeof *held);
         const kmp_change change = kmp_sensitivity_equations_change(v, k);
@@ -270,12 +308,31 @@ static int hold_rows(kmp_forward_formulation *f)
             held[e->row] = change.h[e->row];
             if (e->stance != KMP_FRICTION_HELD)
                 held[e->row] = 0;
-            else if (hold_row(f, e, k, has_settled(f, friction, e), f->rows[e->row], &held[e->row]) != KMP_GO)
+            else if (hold_row(f, e, k, f->rows[e->row], &held[e->row], check + CHECKS * i) != KMP_GO)
                 return KMP_HALT;
         }
     }
-    v->held = friction && f->count > 0 ? f->held : NULL;
+    for (int i = 0; i < friction->count; i++)
+        if (judge_row(f, &friction->element[i], check + CHECKS * i) != KMP_GO)
+            return KMP_HALT;
     return KMP_GO;
+}
+
+static int hold_rows(kmp_forward_formulation *f)
+{
+    const kmp_friction_run *friction = f->start.passed->friction;
+    kmp_arena arena = {0};
+    kmp_forward_check *check = NULL;
+    int said = KMP_GO;
+    if (friction && kmp_forward_make_checks(f, &arena, CHECKS * friction->count, &check)) {
+        said = hold_all(f, friction, check);
+    } else if (friction) {
+        (void)kmp_fail_memory(f->system->context);
+        said = KMP_HALT;
+    }
+    kmp_arena_free(&arena);
+    f->v->held = friction && f->count > 0 ? f->held : NULL;
+    return said;
 }
 
 int kmp_forward_go_on_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start, double *y)
@@ -287,9 +344,8 @@ int kmp_forward_go_on_after_event(kmp_forward_formulation *f, const kmp_formulat
         return KMP_HALT;
     if (!f->passing)
         begin_terms(f);
-    for (int k = 0; f->passing && k < f->count; k++)
-        for (int i = 0; i < f->n; i++)
-            add_term(f, k, i, l->qd[i], l->qdd[i], -f->common[k]);
+    if (f->passing)
+        add_terms(f, l->qd, l->qdd, -1, f->common);
     for (int k = 0; f->passing && f->integrals && k < f->count; k++)
         y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - kmp_forward_integrand_here(f)) * f->common[k];
     if (f->passing && (f->last_t != start->t || kmp_forward_are_different(f, f->common, NULL))) {

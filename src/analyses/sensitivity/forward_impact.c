@@ -11,6 +11,7 @@
  * Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7). */
 #include "analyses/sensitivity/forward_impact.h"
 #include "analyses/sensitivity/forward_changes.h"
+#include "analyses/sensitivity/forward_requirements.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
@@ -59,9 +60,9 @@ typedef struct impact {
     double *slip;           /* parameters x m: changes of the rates behind the impact at constant rates */
     double *matrix, *right; /* size x size; size x parameters */
     double *solution;
-    double *change; /* conditions: derivatives of their values */
-    bool begins;    /* a restitution is zero, and depends on a parameter */
-    bool apart;     /* contacts strike at times that depend on a parameter in different ways */
+    double *change;              /* conditions: derivatives of their values */
+    bool begins;                 /* a restitution is zero, and depends on a parameter */
+    kmp_forward_check *one_time; /* of the rows that act: contacts strike at one time */
 } impact;
 
 /* -- rows that act --------------------------------------------------------------------------------------- */
@@ -270,10 +271,12 @@ static void put_row(impact *x, int k)
 static void note_obstacles(impact *x, int k, int parameter)
 {
     const acting *a = &x->act[k];
+    kmp_forward_check *check = &x->one_time[k];
     double span = 0;
     for (int i = 0; i < x->n; i++)
         span += fabs(x->rows[k + i * x->count]) * x->f->span[parameter * x->n + i];
-    x->apart = x->apart || (a->distance >= 0 && fabs(x->change[a->distance]) > KMP_SLOPE_PARTS * span);
+    check->off[parameter] = a->distance >= 0 ? x->change[a->distance] : 0;
+    check->fails = check->fails || fabs(check->off[parameter]) > kmp_forward_part(check) * span;
     x->begins = x->begins || (a->e == 0 && a->restitution >= 0 && x->change[a->restitution] != 0);
 }
 
@@ -407,6 +410,25 @@ static int add_jump(impact *x)
     return KMP_GO;
 }
 
+/* Contacts strike at one time, whatever the parameters. */
+static int judge_times(impact *x)
+{
+    kmp_forward_formulation *f = x->f;
+    for (int k = 0; k < x->count; k++) {
+        if (!x->one_time[k].fails)
+            continue;
+        for (int i = 0; i < x->n; i++)
+            f->row[i] = x->rows[k + i * x->count];
+        const char *reason = kmp_arena_printf(&f->arena,
+                                              "contacts strike together at t = %.9g s, at times that depend on "
+                                              "parameters in different ways: the motion has no derivative there",
+                                              x->t);
+        if (kmp_forward_require(f, &x->one_time[k], f->row, reason) != KMP_GO)
+            return KMP_HALT;
+    }
+    return KMP_GO;
+}
+
 static int strike(impact *x, const kmp_passed_event *event)
 {
     kmp_forward_formulation *f = x->f;
@@ -418,6 +440,10 @@ static int strike(impact *x, const kmp_passed_event *event)
     add_struck(x, event->impact);
     x->size = x->n + x->count;
     set_modes(x, event->friction);
+    if (!kmp_forward_make_checks(f, &x->arena, x->count, &x->one_time)) {
+        (void)kmp_fail_memory(f->system->context);
+        return KMP_HALT;
+    }
     const bool jumps = take_jump(x, event->impact != NULL);
     take_matrices(x, add_changes(x, x->after, x->zero, jumps ? -1 : 0, false, true));
     (void)add_changes(x, f->qd, x->zero, 0, true, true);
@@ -429,12 +455,8 @@ static int strike(impact *x, const kmp_passed_event *event)
         (void)kmp_fail_memory(f->system->context);
         return KMP_HALT;
     }
-    if (x->apart)
-        return kmp_forward_halt(
-            f,
-            "contacts strike together at t = %.9g s, at times that depend on parameters in different "
-            "ways: the motion has no derivative there",
-            x->t);
+    if (judge_times(x) != KMP_GO)
+        return KMP_HALT;
     if (x->begins)
         return kmp_forward_halt(
             f,

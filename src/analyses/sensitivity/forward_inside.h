@@ -11,6 +11,7 @@
 #include "analyses/derivatives/varied_lanes.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
+#include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "model/data/force.h"
 
@@ -51,19 +52,21 @@ typedef struct kmp_forward_formulation {
     double *common;                      /* count: dt_e/dp of the event that is passed */
     double integrand_before;             /* the integrand before it, and accelerations: n */
     double *qdd_before;
-    double *last, last_t; /* count: dt_e/dp of the event that was passed last, and its time */
-    bool *near;           /* conditions: the motion crosses them where an input jumps */
-    double distance;      /* of the last swing: the time by which its condition is beyond zero */
-    double *held;         /* columns x m: v->held */
-    double *rows;         /* m */
-    double *span, *speed; /* count x n: sizes of the terms of dq and dqd at an event */
-    int cause_before;     /* its condition; -1: none that depends on parameters */
-    bool passing;         /* the place is the one before an event of the run, with derivatives along it */
-    int *swung_by;        /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;  /* states with next values; times that some took them since the last start */
-    bool *taken, missed;  /* of each time, by states; there was no room for a time */
-    int *cause_of;        /* of each time, by states: the condition; -1: a sample */
-    double sampled_t;     /* when states last took next values at a sample; `sampled`: one of them */
+    double *last, last_t;           /* count: dt_e/dp of the event that was passed last, and its time */
+    bool *near;                     /* conditions: the motion crosses them where an input jumps */
+    double distance;                /* of the last swing: the time by which its condition is beyond zero */
+    double *held;                   /* columns x m: v->held */
+    double *rows, *row;             /* m; n: a row of J */
+    double *span, *speed;           /* count x n: sizes of the terms of dq and dqd at an event */
+    double *dq_before, *dqd_before; /* count x n: before the event, along which */
+    double *pace, *pace_of_rates;   /* n: sums of sizes of rates and accelerations */
+    int cause_before;               /* its condition; -1: none that depends on parameters */
+    bool passing;                   /* the place is the one before an event of the run, with derivatives along it */
+    int *swung_by;                  /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;            /* states with next values; times that some took them since the last start */
+    bool *taken, missed;            /* of each time, by states; there was no room for a time */
+    int *cause_of;                  /* of each time, by states: the condition; -1: a sample */
+    double sampled_t;               /* when states last took next values at a sample; `sampled`: one of them */
     int sampled;
     int reset_cause;            /* the condition at whose time states change; -1: a time that depends on no parameter */
     double *next;               /* by states: derivatives of next values */
@@ -84,6 +87,12 @@ static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
 static inline kmp_evaluator *kmp_forward_eval(const kmp_forward_formulation *f)
 {
     return f->v->linear.eval;
+}
+
+/** Rounding of a derivative of coordinate i in the sizes of its terms at an event, over the size of a parameter. */
+static inline double kmp_forward_rounding(const kmp_forward_formulation *f, int i)
+{
+    return KMP_SLOPE_ROUNDED / KMP_SLOPE_LOOSE * f->system->scale[i];
 }
 
 /** The coordinates that are unknowns. */

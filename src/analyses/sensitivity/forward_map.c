@@ -132,6 +132,7 @@ static int begin(kmp_forward_formulation *f, double t, const double *y)
     f->map.t = t;
     f->map.p = f->p;
     f->map.columns = f->v->count + 2 * f->p + f->map.held;
+    f->map.requirement = NULL;
     kmp_forward_set_columns(f, f->map.columns);
     put_units(f);
     f->before_event->reported = false;

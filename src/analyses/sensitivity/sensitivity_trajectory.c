@@ -181,12 +181,14 @@ static kempe_status find_rows(work *w, int count, const double *t)
 
 /* -- one row ----------------------------------------------------------------------------------------- */
 
-static kempe_status find_adjoint(work *w, const kmp_forward_target *target, double *value)
+/* `known`: a target before had the same motion. */
+static kempe_status find_adjoint(work *w, const kmp_forward_target *target, bool known, double *value)
 {
     kempe_sensitivity *s = w->s;
     kmp_adjoint_report report;
+    const bool integral = s->options->integral != 0;
     kempe_status status =
-        kmp_adjoint_run(&w->varied, &w->options, target, s->options->integral != 0, s->size, w->gradient, &report);
+        kmp_adjoint_run(&w->varied, &w->options, target, integral, known && !integral, s->size, w->gradient, &report);
     *value = report.value;
     w->report = report.forward;
     w->report.run.rhs += report.rhs;
@@ -232,7 +234,7 @@ static kempe_status find_scalars(work *w)
         w->w[of->quantity][of->index] = 1;
         part[of->quantity] = w->w[of->quantity];
         kmp_forward_target target = (kmp_forward_target){part[0], part[1], part[2], part[3], part[4]};
-        status = w->adjoint ? find_adjoint(w, &target, &w->other[c]) : find_integral(w, &target, &w->other[c]);
+        status = w->adjoint ? find_adjoint(w, &target, c > 0, &w->other[c]) : find_integral(w, &target, &w->other[c]);
         memcpy(slopes + c * s->count, w->gradient, (size_t)s->count * sizeof *slopes);
         if (c + 1 < s->columns && status == KEMPE_OK)
             add_work(w);
