@@ -73,6 +73,9 @@ KEMPE_API double kempe_ensemble_stepper_time(const kempe_ensemble_stepper *stepp
 KEMPE_API const double *kempe_ensemble_stepper_q(const kempe_ensemble_stepper *stepper, int k);
 KEMPE_API const double *kempe_ensemble_stepper_qd(const kempe_ensemble_stepper *stepper, int k);
 
+/** The number of instances whose last step has not reached its end. */
+KEMPE_API int kempe_ensemble_stepper_ended_count(const kempe_ensemble_stepper *stepper);
+
 /** Not checked: its last step has reached its end; otherwise stopped or failed, with the reason as a sentence. */
 KEMPE_API kempe_outcome kempe_ensemble_stepper_outcome(const kempe_ensemble_stepper *stepper, int k);
 KEMPE_API const char *kempe_ensemble_stepper_reason(const kempe_ensemble_stepper *stepper, int k);

@@ -111,6 +111,11 @@ class EnsembleStepper(Owned):
         """Rates (count x n)."""
         return self._rows(lib.kempe_ensemble_stepper_qd)
 
+    @property
+    def ended(self) -> int:
+        """The number of instances whose last step did not reach its end."""
+        return int(lib.kempe_ensemble_stepper_ended_count(self._pointer))
+
     def outcome(self, k: int) -> str:
         """The outcome of the last step of instance k: "complete, not checked" at its end, else "stopped" or "failed".
 

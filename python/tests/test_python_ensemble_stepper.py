@@ -80,7 +80,7 @@ def test_an_end_is_none_of_the_others():
     while many.outcome(0) == "complete, not checked" and step < 100:
         many.advance([0.02 * step, 0.02 * step], ["u"], [[20], [0]])
         step += 1
-    assert many.outcome(0) == "failed" and many.reason(0) and many.single(0) and many.t[0] < many.t[1]
+    assert many.outcome(0) == "failed" and many.reason(0) and many.single(0) and many.t[0] < many.t[1] and many.ended == 1
     assert many.outcome(1) == "complete, not checked" and many.single(1) == ""
 
 

@@ -23,6 +23,7 @@
 
 typedef struct one_instance {
     bool begun, single;     /* `single`: a stepper has it */
+    bool lost;              /* neither lanes nor a stepper could begin its last step: it stays there */
     kempe_stepper *stepper; /* NULL: none was needed yet */
     kempe_status status;
     char *reason; /* NULL: there is none */
@@ -242,6 +243,7 @@ static kempe_status begin(ensemble_part *p, int k, const double *q, const double
         return kmp_fail(e->context, closed, "the state cannot be closed: %s", kempe_workspace_message(p->closer));
     KMP_TRY(closed);
     one->begun = true;
+    one->lost = false;
     one->single = s->no_lanes != NULL;
     if (!one->single) {
         KMP_TRY(kmp_lane_steps_begin(e, k - p->first, q ? row : NULL));
@@ -275,7 +277,7 @@ kempe_status kempe_ensemble_stepper_begin(kempe_ensemble_stepper *s, int k, cons
 
 static bool moves(const kempe_ensemble_stepper *s, int k)
 {
-    return !isnan(s->step.t[k]);
+    return !isnan(s->step.t[k]) && !s->instance[k].lost;
 }
 
 static const double *values_of(const kempe_ensemble_stepper *s, int k)
@@ -283,16 +285,59 @@ static const double *values_of(const kempe_ensemble_stepper *s, int k)
     return s->step.values ? s->step.values + (size_t)k * (size_t)s->step.input_count : NULL;
 }
 
-/* Hands an instance that has left the lanes to its stepper, at the beginning of its step. */
+/* The outputs of a row that lanes have reached. */
+static void find_outputs(ensemble_part *p, int k)
+{
+    const kempe_ensemble_stepper *s = p->whole;
+    const int i = k - p->first, n = s->n, m = p->engine->m;
+    const size_t at = (size_t)k * (size_t)n;
+    double *row = p->row;
+    if (!s->step.outputs)
+        return;
+    if (n > 0) {
+        memcpy(row, s->q + at, (size_t)n * sizeof *row);
+        memcpy(row + n, s->qd + at, (size_t)n * sizeof *row);
+    }
+    if (kmp_outputs_are_late(p->outputs) && !kmp_lane_steps_complete(p->engine, i, row + 2 * n, row + 3 * n))
+        for (int j = 2 * n; j < 3 * n + m; j++)
+            row[j] = NAN;
+    kmp_outputs_with_inputs(p->outputs, kmp_lane_steps_inputs(p->engine, i), kmp_lane_steps_time(p->engine, i), row,
+                            s->step.outputs + (size_t)k * (size_t)s->value_count);
+}
+
+/* Makes a step by the stepper of an instance. */
+static kempe_status step_single(ensemble_part *p, int k)
+{
+    const kempe_ensemble_stepper *s = p->whole;
+    const ensemble_step *step = &s->step;
+    one_instance *one = &s->instance[k];
+    const double *values = values_of(s, k);
+    bool taken = false;
+    kempe_status status = KEMPE_OK;
+    for (int j = 0; j < step->input_count && status == KEMPE_OK; j++)
+        status = kempe_stepper_set_input(one->stepper, step->inputs[j], values[j]);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_advance(one->stepper, step->t[k]);
+    if (status < 0 && status != KEMPE_E_FAILED)
+        return status;
+    KMP_TRY(note_stepper(p, k, status));
+    if (step->outputs)
+        KMP_TRY(kempe_outputs_at_stepper(p->outputs, one->stepper, step->outputs + (size_t)k * (size_t)s->value_count));
+    if (status == KEMPE_OK && !s->no_lanes)
+        KMP_TRY(kmp_lane_steps_take_back(p->engine, k - p->first, one->stepper->runner, step->t[k], &taken));
+    one->single = !taken;
+    return KEMPE_OK;
+}
+
+/* Gives the stepper of an instance that has left the lanes its state at the beginning of its step. */
 static kempe_status hand_over(ensemble_part *p, int k)
 {
     one_instance *one = &p->whole->instance[k];
     kmp_lane_handed handed;
-    one->single = true;
     if (!one->stepper)
         KMP_TRY(kmp_stepper_new(p->engine->s, &p->whole->spec, &one->stepper));
     if (!kmp_lane_steps_hand_over(p->engine, k - p->first, &handed))
-        return kmp_fail(p->engine->context, KEMPE_E_FAILED, "the loops of instance %d do not close", k);
+        return kmp_fail(p->engine->context, KEMPE_E_FAILED, "the closures are singular at the beginning of the step");
     const kmp_stepper_start start = {.t = handed.t,
                                      .work = handed.work,
                                      .step = handed.h,
@@ -305,46 +350,19 @@ static kempe_status hand_over(ensemble_part *p, int k)
     return kmp_stepper_continue(one->stepper, &start);
 }
 
-/* Makes a step by the stepper of an instance. */
-static kempe_status step_single(ensemble_part *p, int k, bool hands)
+/* Makes the step of an instance that has left the lanes, from its beginning. */
+static kempe_status step_after_lanes(ensemble_part *p, int k)
 {
-    const kempe_ensemble_stepper *s = p->whole;
-    const ensemble_step *step = &s->step;
-    one_instance *one = &s->instance[k];
-    const double *values = values_of(s, k);
-    bool taken = false;
-    kempe_status status = hands ? hand_over(p, k) : KEMPE_OK;
-    for (int j = 0; j < step->input_count && status == KEMPE_OK; j++)
-        status = kempe_stepper_set_input(one->stepper, step->inputs[j], values[j]);
-    if (status == KEMPE_OK)
-        status = kempe_stepper_advance(one->stepper, step->t[k]);
-    if (!one->stepper || (status < 0 && status != KEMPE_E_FAILED))
+    one_instance *one = &p->whole->instance[k];
+    const kempe_status status = hand_over(p, k);
+    one->single = status == KEMPE_OK;
+    if (one->single)
+        return step_single(p, k);
+    if (status < 0 && status != KEMPE_E_FAILED)
         return status;
-    KMP_TRY(note_stepper(p, k, status));
-    if (step->outputs)
-        KMP_TRY(kempe_outputs_at_stepper(p->outputs, one->stepper, step->outputs + (size_t)k * (size_t)s->value_count));
-    if (status == KEMPE_OK && !s->no_lanes)
-        KMP_TRY(kmp_lane_steps_take_back(p->engine, k - p->first, one->stepper->runner, step->t[k], &taken));
-    one->single = !taken;
-    return KEMPE_OK;
-}
-
-/* The outputs of an instance that is in lanes. */
-static void find_outputs(ensemble_part *p, int k)
-{
-    const kempe_ensemble_stepper *s = p->whole;
-    const int i = k - p->first, n = s->n, m = p->engine->m;
-    const size_t at = (size_t)k * (size_t)n;
-    double *row = p->row;
-    if (n > 0) {
-        memcpy(row, s->q + at, (size_t)n * sizeof *row);
-        memcpy(row + n, s->qd + at, (size_t)n * sizeof *row);
-    }
-    if (kmp_outputs_are_late(p->outputs) && !kmp_lane_steps_complete(p->engine, i, row + 2 * n, row + 3 * n))
-        for (int j = 2 * n; j < 3 * n + m; j++)
-            row[j] = NAN;
-    kmp_outputs_with_inputs(p->outputs, kmp_lane_steps_inputs(p->engine, i), kmp_lane_steps_time(p->engine, i), row,
-                            s->step.outputs + (size_t)k * (size_t)s->value_count);
+    one->lost = true;
+    find_outputs(p, k);
+    return note(one, status, kempe_context_message(p->engine->context));
 }
 
 /* Settles the step that lanes have made, or have not. */
@@ -352,12 +370,11 @@ static kempe_status settle(ensemble_part *p, int k)
 {
     one_instance *one = &p->whole->instance[k];
     if (kmp_lane_steps_settle(p->engine, k - p->first)) {
-        if (p->whole->step.outputs)
-            find_outputs(p, k);
+        find_outputs(p, k);
         return note(one, KEMPE_OK, NULL);
     }
-    return kmp_lane_steps_absence(p->engine, k - p->first) ? step_single(p, k, true)
-                                                           : note(one, KEMPE_STOPPED, "interrupted");
+    const bool leaves = kmp_lane_steps_absence(p->engine, k - p->first) && !kmp_interrupted(p->engine->context);
+    return leaves ? step_after_lanes(p, k) : note(one, KEMPE_STOPPED, "interrupted");
 }
 
 /* Makes the steps of a part: first all in lanes. */
@@ -380,7 +397,7 @@ static kempe_status step_part(ensemble_part *p)
         if (kmp_interrupted(e->context) && s->instance[k].single)
             status = note(&s->instance[k], KEMPE_STOPPED, "interrupted");
         else
-            status = s->instance[k].single ? step_single(p, k, false) : settle(p, k);
+            status = s->instance[k].single ? step_single(p, k) : settle(p, k);
     }
     return status;
 }
@@ -444,10 +461,19 @@ kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *s, const dou
 
 /* -- getters ----------------------------------------------------------------------------------------- */
 
+static int count_ended(const kempe_ensemble_stepper *s)
+{
+    int count = 0;
+    for (int k = 0; k < s->count; k++)
+        count += s->instance[k].begun && s->instance[k].status != KEMPE_OK;
+    return count;
+}
+
 KMP_GETTER(int kempe_ensemble_stepper_count(const kempe_ensemble_stepper *s), s, s->count, 0)
 KMP_GETTER(int kempe_ensemble_stepper_value_count(const kempe_ensemble_stepper *s), s, s->value_count, 0)
 KMP_GETTER(const char *kempe_ensemble_stepper_value_name(const kempe_ensemble_stepper *s, int value), s,
            kempe_outputs_name(s->part->outputs, value), NULL)
+KMP_GETTER(int kempe_ensemble_stepper_ended_count(const kempe_ensemble_stepper *s), s, count_ended(s), 0)
 KMP_GETTER(const char *kempe_ensemble_stepper_no_lanes(const kempe_ensemble_stepper *s), s,
            s->no_lanes ? s->no_lanes : "", "")
 

@@ -84,6 +84,7 @@ static record run(const plan *p, int first, int count, int lanes, int threads)
     const kempe_run_options options = {.t_end = 1000, .rtol = p->rtol, .threads = threads};
     double own[64], q[32], qd[32], t[MOST], began[MOST] = {0}, force[MOST];
     bool over[MOST] = {false};
+    int ended = 0;
     kempe_ensemble_stepper *s = NULL;
     own_start(&l, 1000, own);
     CHECK(kempe_ensemble_stepper_new(l.model, &options, count, lanes, p->outputs, &s) == KEMPE_OK);
@@ -98,6 +99,7 @@ static record run(const plan *p, int first, int count, int lanes, int threads)
                 CHECK(kempe_ensemble_stepper_begin(s, k, q, qd) == KEMPE_OK);
                 CHECK(kempe_ensemble_stepper_time(s, k) == 0);
                 began[k] = step;
+                ended -= over[k];
                 over[k] = false;
             }
             t[k] = over[k] ? NAN : p->step * (step + 1 - began[k]);
@@ -116,7 +118,9 @@ static record run(const plan *p, int first, int count, int lanes, int threads)
             if (over[k])
                 (void)snprintf(r.reason, sizeof r.reason, "%s", kempe_ensemble_stepper_reason(s, k));
             r.ended += over[k];
+            ended += over[k];
         }
+        CHECK(kempe_ensemble_stepper_ended_count(s) == ended);
     }
     free(values);
     kempe_ensemble_stepper_free(s);

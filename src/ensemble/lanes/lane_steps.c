@@ -134,6 +134,8 @@ bool kmp_lane_steps_complete(kmp_engine *e, int i, double *qdd, double *lambda)
 {
     const kmp_instance *x = &e->instances[i];
     const size_t at = (size_t)i * (size_t)e->n;
+    if (!x->home)
+        return false;
     kmp_instance_current(e, x);
     kmp_engine_hold_inputs(e, &x->inputs);
     kmp_eval_closure(e->eval, x->t, e->q + at);
@@ -295,6 +297,7 @@ kempe_status kmp_lane_steps_prepare(kmp_engine *e, int i, double end, int count,
         return KEMPE_OK;
     note_beginning(e, i);
     e->steps->note[i].moves = true;
+    e->results[i].alone = false;
     for (int k = 0; k < count; k++)
         kmp_present_inputs_give(&x->inputs, inputs[k], x->t, (const double[3]){values[k], 0, 0});
     x->end = end;
@@ -356,6 +359,7 @@ kempe_status kmp_lane_steps_take_back(kmp_engine *e, int i, kmp_runner *run, dou
     e->results[i].alone = false;
     KMP_TRY(kmp_instance_take_back(e, i, run, note->rank, &note->margin, taken));
     *taken = *taken && !e->results[i].alone && x->home;
+    x->returns = !*taken;
     e->results[i].alone = !*taken;
     return KEMPE_OK;
 }
