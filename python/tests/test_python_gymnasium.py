@@ -180,16 +180,33 @@ def test_lanes_depend_on_no_neighbour(cart, threads):
 
 
 def test_a_model_that_lanes_cannot_run():
-    """A ball on a rigid floor has impacts, which steppers take."""
+    """A ball on a rigid floor, by an integrator that lanes do not have."""
     from kempe.gymnasium import Environment, VectorEnvironment
 
     text = (ROOT / "tests/models/contact_bounce.yaml").read_text() + "inputs: {u: {unit: N}}\nforces: {push: {joint: z, force: u}}\n"
-    model, task = kempe.Model.from_text(text), {"step_time": 0.05, "horizon": 1}
+    model, task = kempe.Model.from_text(text), {"step_time": 0.05, "horizon": 1, "integrator": "radau"}
     envs = VectorEnvironment(model, 2, {"u": (-1, 1)}, lambda values: values["t"], **task)
-    assert "impacts" in envs.no_lanes and "by steppers (impacts" in repr(envs)
+    assert envs.no_lanes == "another integrator" and "by steppers (another integrator)" in repr(envs)
     env = Environment(model, {"u": (-1, 1)}, lambda values: values["t"], **task)
     assert (envs.reset(seed=0)[0] == env.reset(seed=0)[0]).all()
     assert all((envs.step([[0.5]] * 2)[0] == env.step([0.5])[0]).all() for _ in range(12))
+
+
+def test_impacts_in_lanes():
+    from kempe.gymnasium import Environment, VectorEnvironment
+
+    text = (ROOT / "tests/models/contact_bounce.yaml").read_text() + "inputs: {u: {unit: N}}\nforces: {push: {joint: z, force: u}}\n"
+    model, task = kempe.Model.from_text(text), {"step_time": 0.05, "horizon": 2, "start": {"q(z)": (0.2, 0.6)}, "rtol": 1e-9}
+    envs = VectorEnvironment(model, 2, {"u": (-9, 9)}, lambda values: values["t"], **task)
+    env = Environment(model, {"u": (-9, 9)}, lambda values: values["t"], **task)
+    observations, single = envs.reset(seed=3)[0], env.reset(seed=3)[0]
+    assert envs.no_lanes == "" and (observations[0] == single).all() and (observations[1] != single).any()
+    falls = 0
+    for k in range(39):
+        observations, single = envs.step([[9 * np.sin(k)]] * 2)[0], env.step([9 * np.sin(k)])[0]
+        assert np.abs(observations[0] - single).max() < 1e-5
+        falls += single[1] < 0
+    assert 0 < falls < 39
 
 
 def test_limits_end_an_episode_with_a_reason(cart):

@@ -23,6 +23,7 @@
 
 typedef struct one_instance {
     bool begun, single;     /* `single`: a stepper has it */
+    bool labours;           /* its stepper may choose another integrator than lanes have */
     bool lost;              /* neither lanes nor a stepper could begin its last step: it stays there */
     kempe_stepper *stepper; /* NULL: none was needed yet */
     kempe_status status;
@@ -98,12 +99,16 @@ static const char *obstacle(const kempe_ensemble_stepper *s, const kmp_engine *e
         return why;
     if (s->spec.max_steps > 0)
         return "a bound on the number of steps";
-    if (e->site)
-        return "impacts, modes of friction, closures that switch, or samples";
     for (int k = 0; k < kmp_model_given_inputs(e->s->model); k++)
         if (kmp_model_moved_by(e->s->model, k))
             return "an input that moves a closure";
     return NULL;
+}
+
+/* Steppers that lanes take instances back from have the integrator of the lanes. */
+static const kmp_run_spec *spec_of(const kempe_ensemble_stepper *s)
+{
+    return s->no_lanes ? &s->spec : &s->in_lanes;
 }
 
 /* Makes the engine of a part, and begins its run. */
@@ -214,12 +219,28 @@ static kempe_status note_stepper(ensemble_part *p, int k, kempe_status status)
     return note(one, status, status == KEMPE_OK ? NULL : *why ? why : kempe_context_message(p->engine->context));
 }
 
+/* Makes the stepper of an instance, if it has none. */
+static kempe_status need_stepper(const ensemble_part *p, one_instance *one)
+{
+    const kmp_run_spec *spec = one->labours ? &p->whole->spec : spec_of(p->whole);
+    return one->stepper ? KEMPE_OK : kmp_stepper_new(p->engine->s, spec, &one->stepper);
+}
+
+/* Takes the stepper of an instance away, which had another integrator to choose, or is to have it. */
+static void set_labours(one_instance *one, bool labours)
+{
+    if (one->labours == labours)
+        return;
+    kempe_stepper_free(one->stepper);
+    one->stepper = NULL;
+    one->labours = labours;
+}
+
 /* Begins an instance by its stepper. */
 static kempe_status begin_stepper(ensemble_part *p, int k, const double *q, const double *qd)
 {
     one_instance *one = &p->whole->instance[k];
-    kempe_status status = one->stepper ? kempe_stepper_reset(one->stepper)
-                                       : kmp_stepper_new(p->engine->s, &p->whole->spec, &one->stepper);
+    kempe_status status = one->stepper ? kempe_stepper_reset(one->stepper) : need_stepper(p, one);
     if (status == KEMPE_OK && q)
         status = kempe_stepper_set_state(one->stepper, q, qd, NULL);
     one->begun = one->begun && one->stepper;
@@ -242,6 +263,7 @@ static kempe_status begin(ensemble_part *p, int k, const double *q, const double
     if (closed == KEMPE_E_FAILED)
         return kmp_fail(e->context, closed, "the state cannot be closed: %s", kempe_workspace_message(p->closer));
     KMP_TRY(closed);
+    set_labours(one, false);
     one->begun = true;
     one->lost = false;
     one->single = s->no_lanes != NULL;
@@ -249,7 +271,16 @@ static kempe_status begin(ensemble_part *p, int k, const double *q, const double
         KMP_TRY(kmp_lane_steps_begin(e, k - p->first, q ? row : NULL));
         one->single = kmp_lane_steps_absence(e, k - p->first) != NULL;
     }
-    return one->single ? begin_stepper(p, k, q, qd) : note(one, KEMPE_OK, NULL);
+    /* A stepper has taken the samples at t = 0 before it is at another start. */
+    const bool follows = !one->single && q && e->site;
+    if (!one->single && !follows)
+        return note(one, KEMPE_OK, NULL);
+    KMP_TRY(begin_stepper(p, k, q, qd));
+    if (!follows)
+        return KEMPE_OK;
+    KMP_TRY(kmp_lane_steps_begin_as(e, k - p->first, one->stepper->runner));
+    one->single = kmp_lane_steps_absence(e, k - p->first) != NULL;
+    return KEMPE_OK;
 }
 
 /* Gives the message of a part to the caller. */
@@ -289,19 +320,11 @@ static const double *values_of(const kempe_ensemble_stepper *s, int k)
 static void find_outputs(ensemble_part *p, int k)
 {
     const kempe_ensemble_stepper *s = p->whole;
-    const int i = k - p->first, n = s->n, m = p->engine->m;
-    const size_t at = (size_t)k * (size_t)n;
-    double *row = p->row;
+    const int i = k - p->first;
     if (!s->step.outputs)
         return;
-    if (n > 0) {
-        memcpy(row, s->q + at, (size_t)n * sizeof *row);
-        memcpy(row + n, s->qd + at, (size_t)n * sizeof *row);
-    }
-    if (kmp_outputs_are_late(p->outputs) && !kmp_lane_steps_complete(p->engine, i, row + 2 * n, row + 3 * n))
-        for (int j = 2 * n; j < 3 * n + m; j++)
-            row[j] = NAN;
-    kmp_outputs_with_inputs(p->outputs, kmp_lane_steps_inputs(p->engine, i), kmp_lane_steps_time(p->engine, i), row,
+    kmp_lane_steps_row(p->engine, i, kmp_outputs_are_late(p->outputs), p->row);
+    kmp_outputs_with_inputs(p->outputs, kmp_lane_steps_inputs(p->engine, i), kmp_lane_steps_time(p->engine, i), p->row,
                             s->step.outputs + (size_t)k * (size_t)s->value_count);
 }
 
@@ -334,8 +357,7 @@ static kempe_status hand_over(ensemble_part *p, int k)
 {
     one_instance *one = &p->whole->instance[k];
     kmp_lane_handed handed;
-    if (!one->stepper)
-        KMP_TRY(kmp_stepper_new(p->engine->s, &p->whole->spec, &one->stepper));
+    KMP_TRY(need_stepper(p, one));
     if (!kmp_lane_steps_hand_over(p->engine, k - p->first, &handed))
         return kmp_fail(p->engine->context, KEMPE_E_FAILED, "the closures are singular at the beginning of the step");
     const kmp_stepper_start start = {.t = handed.t,
@@ -371,6 +393,8 @@ static kempe_status settle(ensemble_part *p, int k)
     one_instance *one = &p->whole->instance[k];
     if (kmp_lane_steps_settle(p->engine, k - p->first)) {
         find_outputs(p, k);
+        if (p->whole->spec.open_integrator && kmp_lane_steps_dismiss(p->engine, k - p->first))
+            set_labours(one, true); /* from the next step on */
         return note(one, KEMPE_OK, NULL);
     }
     const bool leaves = kmp_lane_steps_absence(p->engine, k - p->first) && !kmp_interrupted(p->engine->context);
@@ -386,7 +410,7 @@ static kempe_status step_part(ensemble_part *p)
     const int end = p->first + p->count;
     kempe_status status = KEMPE_OK;
     for (int k = p->first; k < end && status == KEMPE_OK && !s->no_lanes; k++)
-        if (moves(s, k) && !s->instance[k].single)
+        if (moves(s, k) && !s->instance[k].single && !s->instance[k].labours)
             status =
                 kmp_lane_steps_prepare(e, k - p->first, step->t[k], step->input_count, step->inputs, values_of(s, k));
     if (status == KEMPE_OK && !s->no_lanes)

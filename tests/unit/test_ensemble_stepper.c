@@ -359,19 +359,92 @@ static void a_compliant_contact(void)
     free(r.x);
 }
 
+/* -- events that change modes ----------------------------------------------------------------------------- */
+
+/* A ball with impacts. */
+static void a_rigid_contact(void)
+{
+    const plan p = {.text = "kempe: 1\n"
+                            "name: ball\n"
+                            "gravity: [0, 0, -9.81]\n"
+                            "inputs: {u: {unit: N}}\n"
+                            "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 2}}\n"
+                            "forces: {throw: {joint: z, force: u}}\n"
+                            "contacts: {floor: {joint: z, lower: 0, restitution: 0.7}}\n"
+                            "start: {q: {z: 0.4}}\n"
+                            "run: {t_end: 2}\n",
+                    .outputs = "q, qd, qdd",
+                    .step = 0.02,
+                    .force = 12,
+                    .start = 0.3,
+                    .rtol = 1e-10,
+                    .restarts = 1};
+    record r = compare(&p, 1e-5);
+    CHECK(r.ended == 0 && r.single == 0);
+    free(r.x);
+}
+
+/* A block on a spring that sticks and slips. */
+static void friction_that_sticks(void)
+{
+    const plan p = {.text = "kempe: 1\n"
+                            "name: block\n"
+                            "inputs: {u: {unit: N}}\n"
+                            "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                            "forces:\n"
+                            "  spring: {joint: x, spring: {stiffness: 100}}\n"
+                            "  push: {joint: x, force: u}\n"
+                            "  rub: {joint: x, friction: {force: 3, static: 4}}\n"
+                            "start: {q: {x: 0.1}}\n"
+                            "run: {t_end: 2}\n",
+                    .outputs = "q, qd, qdd, force(rub)",
+                    .step = 0.03,
+                    .force = 9,
+                    .start = 0.1,
+                    .rtol = 1e-10,
+                    .restarts = 1};
+    record r = compare(&p, 1e-5);
+    CHECK(r.ended == 0);
+    free(r.x);
+}
+
+/* A sampled controller, whose samples are at ends of steps and between them, and a force that depends on the load. */
+static void samples_and_loads(void)
+{
+    const plan slide = {.text = "kempe: 1\n"
+                                "name: slide\n"
+                                "inputs: {wish: {}}\n"
+                                "states:\n"
+                                "  u: {sample: 0.05, next: \"-30*(q(x) - wish) - 4*qd(x)\"}\n"
+                                "  passes: {when: q(x) > 0.2, next: passes + 1}\n"
+                                "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                                "forces: {motor: {joint: x, force: \"u - 0.2*qd(x)\"}}\n"
+                                "start: {q: {x: 0.1}}\n"
+                                "run: {t_end: 2}\n",
+                        .outputs = "q, qd, qdd, state",
+                        .step = 0.025,
+                        .force = 1,
+                        .start = 0.1,
+                        .rtol = 1e-10,
+                        .restarts = 1};
+    record r = compare(&slide, 1e-6);
+    CHECK(r.ended == 0 && r.single == 0);
+    free(r.x);
+}
+
 /* -- calls ------------------------------------------------------------------------------------------- */
 
 /* Models that steppers run alone say why, and have their bits. */
 static void models_without_lanes(void)
 {
     loaded l = load("tests/models/contact_bounce.yaml");
-    const kempe_run_options run_options = {.t_end = 1}, fixed = {.t_end = 1, .fixed_step = 0.01};
+    const kempe_run_options run_options = {.t_end = 1, .integrator = "radau"}, fixed = {.t_end = 1, .fixed_step = 0.01};
     kempe_ensemble_stepper *s = NULL;
     kempe_stepper *stepper = NULL;
     const double t[2] = {0.7, 0.3};
     double values[16];
     CHECK(kempe_ensemble_stepper_new(l.model, &run_options, 2, 0, "q, qd", &s) == KEMPE_OK);
-    CHECK(strstr(kempe_ensemble_stepper_no_lanes(s), "impacts"));
+    CHECK_TEXT(kempe_ensemble_stepper_no_lanes(s), "another integrator");
     CHECK(kempe_stepper_new(l.system, &run_options, &stepper) == KEMPE_OK);
     for (int k = 0; k < 2; k++)
         CHECK(kempe_ensemble_stepper_begin(s, k, NULL, NULL) == KEMPE_OK);
@@ -386,6 +459,38 @@ static void models_without_lanes(void)
     CHECK(kempe_ensemble_stepper_new(l.model, &fixed, 2, 0, "q", &s) == KEMPE_OK);
     CHECK_TEXT(kempe_ensemble_stepper_no_lanes(s), "steps of constant length");
     kempe_ensemble_stepper_free(s);
+    unload(&l);
+}
+
+/* Stability limits the steps of lanes: the stepper of the next step may choose another integrator, unless the user has
+ * chosen this one. */
+static void a_stiff_motion(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "name: stiff\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {spring: {joint: x, force: \"-1e4*q(x) - 2e4*qd(x) + sin(t)\"}}\n"
+                         "run: {t_end: 2}\n");
+    const kempe_run_options open = {.t_end = 1, .rtol = 1e-8},
+                            chosen = {.t_end = 1, .rtol = 1e-8, .integrator = "dop853"};
+    double q[2];
+    for (int k = 0; k < 2; k++) {
+        kempe_ensemble_stepper *s = NULL;
+        CHECK(kempe_ensemble_stepper_new(l.model, k ? &chosen : &open, 1, 0, "q", &s) == KEMPE_OK);
+        for (int episode = 0; episode < 2; episode++) {
+            CHECK(kempe_ensemble_stepper_begin(s, 0, NULL, NULL) == KEMPE_OK);
+            CHECK(kempe_ensemble_stepper_advance(s, (const double[1]){0.2}, 0, NULL, NULL, NULL) == KEMPE_OK);
+            CHECK(k == 0 || *kempe_ensemble_stepper_single(s, 0) == '\0');
+            for (int step = 2; step <= 4; step++)
+                CHECK(kempe_ensemble_stepper_advance(s, (const double[1]){0.2 * step}, 0, NULL, NULL, NULL) ==
+                      KEMPE_OK);
+            CHECK((strstr(kempe_ensemble_stepper_single(s, 0), "many steps") != NULL) == (k == 0));
+            q[k] = kempe_ensemble_stepper_q(s, 0)[0];
+            CHECK(kempe_ensemble_stepper_outcome(s, 0) == KEMPE_OUTCOME_NOT_CHECKED);
+        }
+        kempe_ensemble_stepper_free(s);
+    }
+    CHECK(fabs(q[0] - q[1]) < 1e-9);
     unload(&l);
 }
 
@@ -480,7 +585,11 @@ int main(void)
     TEST(an_end_by_a_condition);
     TEST(a_failure_of_some);
     TEST(a_compliant_contact);
+    TEST(a_rigid_contact);
+    TEST(friction_that_sticks);
+    TEST(samples_and_loads);
     TEST(models_without_lanes);
+    TEST(a_stiff_motion);
     TEST(times_and_interrupts);
     TEST(outputs_after_a_stepper);
     return check_report();

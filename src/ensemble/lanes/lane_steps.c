@@ -8,6 +8,9 @@
 #include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/lane_state.h"
+#include "integrators/formulations/cost_model.h"
+#include "integrators/run/friction_run.h"
+#include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
@@ -16,6 +19,7 @@
 /* Of an instance. */
 typedef struct step_note {
     bool moves; /* its step is not settled yet */
+    long tried; /* attempts of steps before it */
     double t, h, pace, limit, pivot, usual, next_sample;
     kmp_lane_group *home;
     double *y, *mode, *nu;
@@ -25,6 +29,11 @@ typedef struct step_note {
     int rank;      /* of its closures where it has left the lanes */
     double margin; /* as in kmp_instance_take_back */
 } step_note;
+
+/* Steps within one of the caller that make an instance a case for another integrator: at least, and over the expected
+ * ones (runner_integrator.c). */
+enum { LABOURS_FROM = 64 };
+static const double MANY_STEPS = 7.5;
 
 struct kmp_lane_steps {
     step_note *note; /* count */
@@ -130,22 +139,39 @@ void kmp_lane_steps_show_state(kmp_engine *e, int i)
     memcpy(e->qd + at, e->state + n, n * sizeof *e->qd);
 }
 
-bool kmp_lane_steps_complete(kmp_engine *e, int i, double *qdd, double *lambda)
+/* Accelerations and multipliers of a row that has q and qd. false: they are not available. */
+static bool complete(kmp_engine *e, int i, double *row)
 {
     const kmp_instance *x = &e->instances[i];
-    const size_t at = (size_t)i * (size_t)e->n;
+    const size_t n = (size_t)e->n;
     if (!x->home)
         return false;
     kmp_instance_current(e, x);
     kmp_engine_hold_inputs(e, &x->inputs);
-    kmp_eval_closure(e->eval, x->t, e->q + at);
+    kmp_eval_closure(e->eval, x->t, row);
     bool known = !kmp_reduction_factor(&x->home->red);
     if (known) {
         kmp_reduction_tangent(&x->home->red);
-        known = kmp_instance_complete(e, x->home, e->qd + at, qdd, lambda);
+        known = kmp_instance_complete(e, x->home, row + n, row + 2 * n, row + 3 * n);
+    }
+    if (known && e->site && e->site->friction) {
+        kmp_runner_take_memory(e->site, x->memory, false);
+        kmp_friction_show(e->site, x->t, row);
     }
     kmp_engine_hold_inputs(e, NULL);
     return known;
+}
+
+void kmp_lane_steps_row(kmp_engine *e, int i, bool late, double *row)
+{
+    const size_t n = (size_t)e->n, at = (size_t)i * n;
+    if (n > 0) {
+        memcpy(row, e->q + at, n * sizeof *row);
+        memcpy(row + n, e->qd + at, n * sizeof *row);
+    }
+    if (late && !complete(e, i, row))
+        for (size_t k = 2 * n; k < 3 * n + (size_t)e->m; k++)
+            row[k] = NAN;
 }
 
 double kmp_lane_steps_time(const kmp_engine *e, int i)
@@ -215,12 +241,19 @@ kempe_status kmp_lane_steps_begin(kmp_engine *e, int i, const double *start)
 
 /* -- a step ------------------------------------------------------------------------------------------ */
 
+static long tried_steps(const kmp_engine *e, int i)
+{
+    const kmp_ensemble_result *result = &e->results[i];
+    return result->steps + result->rejected + result->refused;
+}
+
 static void note_beginning(kmp_engine *e, int i)
 {
     const kmp_instance *x = &e->instances[i];
     step_note *note = &e->steps->note[i];
     const size_t events = (size_t)e->s->events.count;
     note->t = x->t;
+    note->tried = tried_steps(e, i);
     note->h = x->h;
     note->pace = x->pace;
     note->limit = x->limit;
@@ -324,6 +357,19 @@ bool kmp_lane_steps_settle(kmp_engine *e, int i)
     return arrived;
 }
 
+bool kmp_lane_steps_dismiss(kmp_engine *e, int i)
+{
+    const kmp_instance *x = &e->instances[i];
+    const step_note *note = &e->steps->note[i];
+    const long tried = tried_steps(e, i) - note->tried;
+    if (tried < LABOURS_FROM ||
+        (double)tried < MANY_STEPS * kmp_steps_expected(e->spec.rtol, x->rate_scale * (x->t - note->t)))
+        return false;
+    e->instances[i].returns = false;
+    kmp_instance_leave(e, i, "a motion that takes many steps, for which a stepper may choose another integrator");
+    return true;
+}
+
 /* -- other runs -------------------------------------------------------------------------------------- */
 
 bool kmp_lane_steps_hand_over(kmp_engine *e, int i, kmp_lane_handed *handed)
@@ -361,5 +407,23 @@ kempe_status kmp_lane_steps_take_back(kmp_engine *e, int i, kmp_runner *run, dou
     *taken = *taken && !e->results[i].alone && x->home;
     x->returns = !*taken;
     e->results[i].alone = !*taken;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_lane_steps_begin_as(kmp_engine *e, int i, kmp_runner *run)
+{
+    kmp_instance *x = &e->instances[i];
+    step_note *note = &e->steps->note[i];
+    bool taken;
+    note->rank = x->home->part.r;
+    note->margin = 0;
+    x->rate_scale = kmp_runner_rate_scale(run);
+    x->returns = true;
+    e->results[i].alone = true;
+    e->results[i].why = "a start that needs a separate run";
+    KMP_TRY(kmp_lane_steps_take_back(e, i, run, 0, &taken));
+    note->margin = -1;
+    if (!taken)
+        keep(&x->home, NULL);
     return KEMPE_OK;
 }

@@ -31,11 +31,15 @@ kempe_status kmp_lane_steps_run(kmp_engine *e);
  * because an interrupt ended the call or lanes cannot take it further (kmp_lane_steps_absence). */
 bool kmp_lane_steps_settle(kmp_engine *e, int i);
 
-/** The time of an instance, and the inputs there. Accelerations and multipliers of its row; false: they are not
- * available. */
+/** Takes an instance out of the lanes, at the end of a step that took far more steps of the integrator than a smooth
+ * motion needs: stability limits them, or a fast motion. true: it did. */
+bool kmp_lane_steps_dismiss(kmp_engine *e, int i);
+
+/** The time of an instance, and the inputs there. Its row (q, qd, qdd, lambda), where `late` asks for accelerations and
+ * multipliers; NaN: these are not available. */
 double kmp_lane_steps_time(const kmp_engine *e, int i);
 const kmp_present_inputs *kmp_lane_steps_inputs(const kmp_engine *e, int i);
-bool kmp_lane_steps_complete(kmp_engine *e, int i, double *qdd, double *lambda);
+void kmp_lane_steps_row(kmp_engine *e, int i, bool late, double *row);
 
 /** An instance as a run may continue it: closed q and qd in `row`, the rest by pointers into the instance. */
 typedef struct kmp_lane_handed {
@@ -51,6 +55,10 @@ bool kmp_lane_steps_hand_over(kmp_engine *e, int i, kmp_lane_handed *handed);
 
 /** Takes an instance back from a run that has made its step to `t`, if lanes can continue it. */
 kempe_status kmp_lane_steps_take_back(kmp_engine *e, int i, kmp_runner *run, double t, bool *taken);
+
+/** Lets an instance that has begun in lanes continue as a run that has begun at the same state, with the samples and
+ * modes of its past. Otherwise it leaves the lanes. */
+kempe_status kmp_lane_steps_begin_as(kmp_engine *e, int i, kmp_runner *run);
 
 /* Called in lanes. */
 
