@@ -96,6 +96,9 @@ row("a start of one, with the call from Python", begun)
 more = "q, qd, qdd, position(bar.end)"
 stepper(np.random.default_rng(1), MODEL, more, True, "the same with accelerations and a position")
 crank = (MODELS / "slider_stop.yaml").read_text().replace("forces:\n", "inputs: {u: {unit: N*m}}\nforces:\n  motor: {joint: A, torque: u}\n")
+drive = (MODELS.parents[1] / "examples/stick_slip/stick_slip.yaml").read_text()
+drive = drive.replace("forces:\n", "inputs: {u: {unit: N}}\nforces:\n  push: {joint: x, force: u}\n")
 for words, given in (("in lanes", 0), ("by steppers", -1)):
     stepper(np.random.default_rng(1), kempe.Model.from_text(crank), "q, qd", False, f"a slider-crank that meets a spring, {words}", given)
+    stepper(np.random.default_rng(1), kempe.Model.from_text(drive), "q, qd", False, f"a feed drive that sticks and slips, {words}", given)
 lanes(np.random.default_rng(1))
