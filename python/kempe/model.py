@@ -669,9 +669,9 @@ class Model(Fixed):
         """Many instances of the mechanism that are advanced by the caller, who sets inputs in each step. `outputs`: words of them;
         `lanes`: instances at a time, 0 the best number, -1 a stepper for each.
 
-        >>> carts = Model("cart_pole.yaml").ensemble_stepper(256, "q, qd, position(pole.tip)", t_end=4)
+        >>> carts = Model("cart_pole.yaml").ensemble_stepper(256, "q, qd", t_end=4)
         >>> carts
-        <EnsembleStepper: 256 instances in lanes, outputs q.x, q.phi, qd.x, qd.phi, position(pole.tip).x, position(pole.tip).y, position(pole.tip).z>
+        <EnsembleStepper: 256 instances in lanes, outputs q.x, q.phi, qd.x, qd.phi>
         """
         return study(EnsembleStepper, self, options, whole(count, "count"), whole(lanes, "lanes"), utf8(text_of(outputs)))
 
