@@ -10,6 +10,7 @@
 #include <kempe/compare.h>
 #include <kempe/derivatives.h>
 #include <kempe/ensemble.h>
+#include <kempe/ensemble_stepper.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
 #include <kempe/flow.h>
@@ -195,6 +196,7 @@ ZERO(kempe_force_def)
 ZERO(kempe_shape_def)
 
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
+SOME(kempe_ensemble_stepper, kempe_ensemble_stepper_new, some_kempe_model(0), &plain_run, 2, 0, "q")
 SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &plain_run, 0)
 
 /* A result folder whose files have gone since it was opened. */

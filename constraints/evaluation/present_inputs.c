@@ -173,12 +173,20 @@ void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *f
 
 void kmp_present_inputs_forget(kmp_present_inputs *inputs)
 {
-    for (int k = 0; k < inputs->count; k++) {
+    for (int k = 0; k < inputs->count; k++)
         if (past_of(inputs, k))
+            inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, 0);
+    inputs->past = NULL;
+    kmp_present_inputs_take_samples(inputs);
+}
+
+void kmp_present_inputs_take_samples(kmp_present_inputs *inputs)
+{
+    for (int k = 0; k < inputs->count; k++) {
+        if (inputs->replaced[k]) /* it would be taken for a piece of samples */
             inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, 0);
         inputs->replaced[k] = false;
     }
-    inputs->past = NULL;
 }
 
 double kmp_present_inputs_until(const kmp_present_inputs *inputs)

@@ -67,6 +67,9 @@ void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, doub
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);
 void kmp_present_inputs_forget(kmp_present_inputs *inputs);
 
+/** Takes the model's own samples in place of given pieces. */
+void kmp_present_inputs_take_samples(kmp_present_inputs *inputs);
+
 /** The first time after the present pieces began at which one of them ends; INFINITY: never. */
 double kmp_present_inputs_until(const kmp_present_inputs *inputs);
 

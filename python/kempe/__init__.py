@@ -27,6 +27,7 @@ from .compare import Comparison
 from .contacts import Contacts
 from .document import Document
 from .ensemble import EnsembleResult, Ensemble, Folder, Function, Statistics, Values
+from .ensemble_stepper import EnsembleStepper
 from .equilibrium import Equilibrium
 from .errors import (
     ArgumentError,
@@ -99,6 +100,7 @@ __all__ = [
     "Derivatives",
     "Document",
     "Ensemble",
+    "EnsembleStepper",
     "Equations",
     "Equilibrium",
     "Error",

@@ -6,6 +6,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
     from typing import Required, Unpack
 
     from ._options import RunOptions
+    from .ensemble_stepper import EnsembleStepper
     from .model import Model
+    from .workspace import Workspace
 
     class TaskOptions(RunOptions, total=False):
         """Keywords of both environments (`_task`), and options of the stepper."""
@@ -100,6 +103,11 @@ class _Task(NamedTuple):
     failure_reward: float
     options: Mapping[str, Any]
 
+    @property
+    def end(self) -> float:
+        """t_end of the runs, s."""
+        return (self.steps + 1) * self.step_time
+
 
 def _task(
     inputs: Mapping[str, Limits],
@@ -139,21 +147,57 @@ def _task(
     return _Task(tuple(inputs), low, high, observed, others, reward, terminated, bounds, step_time, steps, given, failure_reward, options)
 
 
+class _Starts:
+    """Starts of a task near q and qd of the model."""
+
+    def __init__(self, model: Model, task: _Task, workspace: Workspace, q: Array, qd: Array) -> None:
+        self.task, self.coordinates, self.workspace = task, model.coordinates, workspace
+        self.q, self.qd = q, qd
+
+    def begin(self, put: Callable[[Array, Array], Any], random: Any, start: Mapping[str, float] | None) -> int:
+        """Puts an instance to a start that is given, or drawn until it closes the loops. Returns how many were drawn in vain."""
+        names, failure = self.coordinates, None
+        for draw in range(1 if start is not None else _DRAWS):
+            q, qd = self.q.copy(), self.qd.copy()
+            drawn = self._drawn(random) if start is None else {column_name(name): value for name, value in start.items()}
+            for name, value in drawn.items():
+                kind, _, coordinate = name.partition(".")
+                if kind not in ("q", "qd") or coordinate not in names:
+                    raise ArgumentError(unknown("start", name, [f"{each}({of})" for each in ("q", "qd") for of in names]))
+                (q if kind == "q" else qd)[names.index(coordinate)] = value
+            held = dict.fromkeys(name.partition(".")[2] for name in drawn)
+            try:
+                put(*self.workspace.close(0.0, q, qd, hold=list(held)))
+                return draw
+            except FailedError as error:
+                failure = error
+        said = "the start that is given" if start is not None else f"none of {_DRAWS} starts that were drawn"
+        raise FailedError(f"{said} closes the loops: {failure}") from failure
+
+    def _drawn(self, random: Any) -> dict[str, float]:
+        start = self.task.start
+        if callable(start):
+            return {column_name(name): float(value) for name, value in start(random).items()}
+        return {
+            name: float(random.uniform(*value)) if isinstance(value, (tuple, list)) else float(value)
+            for name, value in start.items()
+        }
+
+
 class _Group:
     """Steppers of one model, which one thread moves."""
 
     def __init__(self, model: Model, task: _Task, count: int) -> None:
         self.task, self.count = task, count
         system = model.system()
-        self.context, self.coordinates = system._context, model.coordinates
+        self.context = system._context
         self.numbers = ffi.new("int[]", [self.context.input(name) for name in task.inputs])
         self.outputs = system.outputs(",".join((*task.observed, *task.more)))
         self.observed = len(system.outputs(",".join(task.observed)))
-        self.workspace = system.workspace()
-        first = system.stepper(t_end=(task.steps + 1) * task.step_time, **task.options)
+        first = system.stepper(t_end=task.end, **task.options)
         self.steppers: list[Stepper] = [first, *(first.copy() for _ in range(count - 1))]
         first.reset()
-        self.start = first.q, first.qd
+        self.starts = _Starts(model, task, system.workspace(), first.q, first.qd)
         self.pointers = ffi.new("kempe_stepper *[]", [each._pointer for each in self.steppers])
         self._statuses = ffi.new("int[]", count)
         self.statuses: Any = np.frombuffer(ffi.buffer(self._statuses), dtype=np.intc)
@@ -191,107 +235,57 @@ class _Group:
         return "" if status in (lib.KEMPE_OK, lib.KEMPE_UNTRUSTED) else self.steppers[k].reason or str(error_of(status, ""))
 
     def begin(self, k: int, random: Any, start: Mapping[str, float] | None) -> int:
-        """Puts stepper k to a start that is given, or drawn until it closes the loops. Returns how many were drawn in vain."""
-        stepper, names = self.steppers[k], self.coordinates
+        """Puts stepper k to a start. Returns how many were drawn in vain."""
+        stepper = self.steppers[k]
         stepper.reset()
-        if start is None and not self.task.start:
-            return 0
-        failure = None
-        for draw in range(1 if start is not None else _DRAWS):
-            q, qd = (each.copy() for each in self.start)
-            drawn = self._drawn(random) if start is None else {column_name(name): value for name, value in start.items()}
-            for name, value in drawn.items():
-                kind, _, coordinate = name.partition(".")
-                if kind not in ("q", "qd") or coordinate not in names:
-                    raise ArgumentError(unknown("start", name, [f"{each}({of})" for each in ("q", "qd") for of in names]))
-                (q if kind == "q" else qd)[names.index(coordinate)] = value
-            held = dict.fromkeys(name.partition(".")[2] for name in drawn)
-            try:
-                stepper.set_state(*self.workspace.close(0.0, q, qd, hold=list(held)))
-                return draw
-            except FailedError as error:
-                failure = error
-        said = "the start that is given" if start is not None else f"none of {_DRAWS} starts that were drawn"
-        raise FailedError(f"{said} closes the loops: {failure}") from failure
-
-    def _drawn(self, random: Any) -> dict[str, float]:
-        start = self.task.start
-        if callable(start):
-            return {column_name(name): float(value) for name, value in start(random).items()}
-        return {
-            name: float(random.uniform(*value)) if isinstance(value, (tuple, list)) else float(value)
-            for name, value in start.items()
-        }
+        return 0 if start is None and not self.task.start else self.starts.begin(stepper.set_state, random, start)
 
 
 class _Instances:
-    """Instances of a task in groups, each of which a thread moves, and their numbers of steps."""
+    """Instances of a task, with their numbers of steps."""
 
-    def __init__(self, model: Model, task: _Task, count: int, threads: int) -> None:
-        ends = [count * k // threads for k in range(threads + 1)]
-        recipe = model.__reduce__()
-        models = [model, *(recipe[0](*recipe[1]) for _ in range(threads - 1))]  # a context for each thread
-        self.parts = [slice(*pair) for pair in zip(ends, ends[1:])]
-        self.groups = [_Group(each, task, part.stop - part.start) for each, part in zip(models, self.parts)]
-        self.task, first = task, self.groups[0]
-        names = (*first.outputs.names, *task.inputs, "t")
-        self.places = {name: k for k, name in enumerate(names)}
-        self.observed, self.width = first.observed, len(first.outputs)
+    no_lanes = ""  # why lanes do not move them
+
+    def __init__(self, task: _Task, count: int, outputs: tuple[str, ...], observed: int) -> None:
+        names = (*outputs, *task.inputs, "t")
+        self.task, self.places = task, {name: k for k, name in enumerate(names)}
+        self.observed = observed
         self.done = np.zeros(count, dtype=np.int64)  # steps of each episode
         self.all = np.ones(count, dtype=bool)
-        self.outputs = np.zeros((count, self.width))
+        self.outputs = np.zeros((count, len(outputs)))
         self.t, self.actions = np.zeros(count), np.zeros((count, len(task.inputs)))
-        for group, part in zip(self.groups, self.parts):
-            group.bind(self.t[part], self.actions[part], self.outputs[part])
         for name in task.bounds:
-            if name not in first.outputs.names:
-                raise ArgumentError(unknown("limit", name, first.outputs.names))
-        self.pool: Any = None
+            if name not in outputs:
+                raise ArgumentError(unknown("limit", name, outputs))
 
     def observation(self) -> Array:
         return self.outputs[:, : self.observed].copy()
 
-    def place(self, k: int) -> tuple[_Group, int]:
-        """The group of instance k, and its number there."""
-        for group, part in zip(self.groups, self.parts):
-            if k < part.stop:
-                return group, k - part.start
-        raise IndexError(k)
-
     def begin(self, k: int, random: Any, options: Mapping[str, Any] | None) -> dict[str, Any]:
-        group, number = self.place(k)
-        given = None if options is None else options.get("start")
-        vain = group.begin(number, random, given)
+        vain = self._begin(k, random, None if options is None else options.get("start"))
         self.done[k] = 0
         return {"start_draws": vain + 1} if vain else {}
+
+    def _begin(self, k: int, random: Any, start: Mapping[str, float] | None) -> int:
+        """Puts instance k to a start. Returns how many were drawn in vain."""
+        raise NotImplementedError
 
     def move(self, acting: bool) -> None:
         """Moves every instance whose time is a number; `acting`: its inputs are set."""
         try:
-            if len(self.groups) == 1:
-                self.groups[0].advance(acting, interruptible())
-            else:
-                self._in_threads(acting)
+            self._move(acting)
         except KeyboardInterrupt as interrupt:
             raise Interrupted from interrupt
 
-    def _in_threads(self, acting: bool) -> None:
-        from concurrent.futures import ThreadPoolExecutor
+    def _move(self, acting: bool) -> None:
+        raise NotImplementedError
 
-        if self.pool is None:
-            self.pool = ThreadPoolExecutor(len(self.groups))
-        waiting = [self.pool.submit(group.advance, acting, False) for group in self.groups]
-        try:
-            for each in waiting:
-                each.result()
-        except BaseException:
-            for group in self.groups:
-                lib.kempe_context_interrupt(group.context.pointer)
-            for each in waiting:
-                each.exception()
-            for group in self.groups:
-                lib.kempe_context_clear_interrupt(group.context.pointer)  # which no thread may have seen
-            raise
+    def _failures(self) -> dict[int, str]:
+        """Of each instance whose motion ended in the last step, why."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Ends the threads."""
 
     def step(self, actions: Array, moving: Any) -> tuple[Array, Any, Any, dict[int, str]]:
         """A step of the instances that move: rewards, terminated, truncated, and why instances were terminated."""
@@ -328,6 +322,85 @@ class _Instances:
             if not ((inside := (values[name] >= low) & (values[name] <= high)) | ~moving).all()
             for k in np.flatnonzero(moving & ~inside)
         }
+
+
+class _Lanes(_Instances):
+    """Instances that move in lanes."""
+
+    def __init__(self, model: Model, task: _Task, count: int, many: EnsembleStepper) -> None:
+        system = model.system()
+        super().__init__(task, count, many.names, len(system.outputs(",".join(task.observed))))
+        self.many = many
+        many.begin(0)
+        self.starts = _Starts(model, task, system.workspace(), many.q[0], many.qd[0])
+
+    def _begin(self, k: int, random: Any, start: Mapping[str, float] | None) -> int:
+        if start is not None or self.task.start:
+            return self.starts.begin(partial(self.many.begin, k), random, start)
+        self.many.begin(k)
+        return 0
+
+    def _move(self, acting: bool) -> None:
+        if acting:
+            self.many.advance(self.t, self.task.inputs, self.actions, self.outputs)
+        else:
+            self.many.advance(self.t, out=self.outputs)
+
+    def _failures(self) -> dict[int, str]:
+        if self.many.ended == 0:
+            return {}
+        return {int(k): reason for k in np.flatnonzero(~np.isnan(self.t)) if (reason := self.many.reason(int(k)))}
+
+
+class _Steppers(_Instances):
+    """Instances in groups of steppers, each of which a thread moves."""
+
+    def __init__(self, model: Model, task: _Task, count: int, threads: int, no_lanes: str) -> None:
+        ends = [count * k // threads for k in range(threads + 1)]
+        recipe = model.__reduce__()
+        models = [model, *(recipe[0](*recipe[1]) for _ in range(threads - 1))]  # a context for each thread
+        self.parts = [slice(*pair) for pair in zip(ends, ends[1:])]
+        self.groups = [_Group(each, task, part.stop - part.start) for each, part in zip(models, self.parts)]
+        super().__init__(task, count, self.groups[0].outputs.names, self.groups[0].observed)
+        for group, part in zip(self.groups, self.parts):
+            group.bind(self.t[part], self.actions[part], self.outputs[part])
+        self.pool: Any = None
+        self.no_lanes = no_lanes
+
+    def place(self, k: int) -> tuple[_Group, int]:
+        """The group of instance k, and its number there."""
+        for group, part in zip(self.groups, self.parts):
+            if k < part.stop:
+                return group, k - part.start
+        raise IndexError(k)
+
+    def _begin(self, k: int, random: Any, start: Mapping[str, float] | None) -> int:
+        group, number = self.place(k)
+        return group.begin(number, random, start)
+
+    def _move(self, acting: bool) -> None:
+        if len(self.groups) == 1:
+            self.groups[0].advance(acting, interruptible())
+        else:
+            self._in_threads(acting)
+
+    def _in_threads(self, acting: bool) -> None:
+        from concurrent.futures import ThreadPoolExecutor
+
+        if self.pool is None:
+            self.pool = ThreadPoolExecutor(len(self.groups))
+        waiting = [self.pool.submit(group.advance, acting, False) for group in self.groups]
+        try:
+            for each in waiting:
+                each.result()
+        except BaseException:
+            for group in self.groups:
+                lib.kempe_context_interrupt(group.context.pointer)
+            for each in waiting:
+                each.exception()
+            for group in self.groups:
+                lib.kempe_context_clear_interrupt(group.context.pointer)  # which no thread may have seen
+            raise
 
     def _failures(self) -> dict[int, str]:
         """Of each instance whose motion ended in the last step, why."""
@@ -385,7 +458,7 @@ class Environment(Env):  # type: ignore[misc]
         **options: Unpack[TaskOptions],
     ) -> None:
         task = _task(inputs, reward, **options)
-        self._instances = _Instances(model, task, 1, 1)
+        self._instances: _Instances = _Steppers(model, task, 1, 1, "")
         self.observation_space: Any = _space(self._instances.observed)
         self.action_space: Any = Box(task.low, task.high, dtype=np.float64)
         self._running, self._name = False, model.name
@@ -423,9 +496,13 @@ class Environment(Env):  # type: ignore[misc]
 
 
 class VectorEnvironment(VectorEnv):  # type: ignore[misc]
-    """Many instances of an `Environment` that take their steps together (`gymnasium.vector.VectorEnv`), with the same bits as
-    single ones whose seeds are seed, seed + 1, ..: results do not depend on `threads` (0: one for each processor, with
-    at least 64 instances each).
+    """Many instances of an `Environment` that take their steps together (`gymnasium.vector.VectorEnv`). They are as single ones
+    whose seeds are seed, seed + 1, ..: the results of an instance depend neither on the others nor on `threads` (0: one for each
+    processor, with at least 64 instances each).
+
+    Motions run in lanes of a vector register, several at a time, and agree with the motions of an Environment to the tolerance. With
+    `lanes` False, or where lanes cannot run the model, each instance has a stepper and the bits of an Environment. `no_lanes` says why
+    they do not run in lanes, "" if they do.
 
     An instance that has ended begins another episode in the next step, whose action has no effect and whose reward is zero
     (`AutoresetMode.NEXT_STEP`). `infos["reason"]` says why instances were terminated, where `infos["_reason"]` is true.
@@ -453,6 +530,7 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         reward: Callable[[Values], Any],
         *,
         threads: int = 0,
+        lanes: bool = True,
         **options: Unpack[TaskOptions],
     ) -> None:
         task = _task(inputs, reward, **options)
@@ -460,7 +538,8 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
             raise ArgumentError(f"at least one instance is needed, and no negative number of threads, not {count} and {threads}")
         self.metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
         self.num_envs: int = count
-        self._instances = _Instances(model, task, count, min(threads or max(1, min(processors(), count // _LEAST)), count))
+        self._instances = _made(model, task, count, min(threads or max(1, min(processors(), count // _LEAST)), count), lanes)
+        self.no_lanes: str = self._instances.no_lanes
         self.single_observation_space: Any = _space(self._instances.observed)
         self.single_action_space: Any = Box(task.low, task.high, dtype=np.float64)
         self.observation_space: Any = batch_space(self.single_observation_space, count)
@@ -539,7 +618,17 @@ class VectorEnvironment(VectorEnv):  # type: ignore[misc]
         self._instances.close()
 
     def __repr__(self) -> str:
-        return f"<VectorEnvironment {self._name!r}: {self.num_envs} instances, {_described(self._instances)}>"
+        way = f"by steppers ({self.no_lanes})" if self.no_lanes else "in lanes"
+        return f"<VectorEnvironment {self._name!r}: {self.num_envs} instances {way}, {_described(self._instances)}>"
+
+
+def _made(model: Model, task: _Task, count: int, threads: int, lanes: bool) -> _Instances:
+    """Instances in lanes, if these are wanted and can run the model."""
+    if not lanes:
+        return _Steppers(model, task, count, threads, "lanes=False")
+    given: Any = {**task.options, "t_end": task.end, "threads": threads}
+    many = model.ensemble_stepper(count, (*task.observed, *task.more), **given)
+    return _Steppers(model, task, count, threads, many.no_lanes) if many.no_lanes else _Lanes(model, task, count, many)
 
 
 def _space(count: int) -> Any:

@@ -13,12 +13,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import Array, finite, optional
+from .arrays import Array, finite, optional, whole
 from .columns import columns_of, is_path, is_samples, samples_of, text_of_table
 from .context import Context, Fixed, level_of_caller, string
 from .display import details, model_html
 from .document import Document, actuators_of, bodies_of, document_of, joints_of, points_of, set_robots, set_start, set_values
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
+from .ensemble_stepper import EnsembleStepper
 from .errors import ArgumentError, FileError, InputError, KempeWarning
 from .fit import Fit, Optimum
 from .flow import Flow, flow_of
@@ -661,6 +662,18 @@ class Model(Fixed):
         self._context.check(lib.python_model_hash, self._pointer, model_hash)
         made._hash = ffi.string(model_hash)
         return made
+
+    def ensemble_stepper(
+        self, count: int, outputs: str | Sequence[str] = ("q", "qd"), lanes: int = 0, **options: Unpack[RunOptions]
+    ) -> EnsembleStepper:
+        """Many instances of the mechanism that are advanced by the caller, who sets inputs in each step. `outputs`: words of them;
+        `lanes`: instances at a time, 0 the best number, -1 a stepper for each.
+
+        >>> carts = Model("cart_pole.yaml").ensemble_stepper(256, "q, qd", t_end=4)
+        >>> carts
+        <EnsembleStepper: 256 instances in lanes, outputs q.x, q.phi, qd.x, qd.phi>
+        """
+        return study(EnsembleStepper, self, options, whole(count, "count"), whole(lanes, "lanes"), utf8(text_of(outputs)))
 
     def function(
         self,

@@ -127,7 +127,8 @@ def test_an_episode_has_the_same_bits_after_others(cart):
 @pytest.mark.parametrize("threads", [1, 3])
 def test_many_have_the_bits_of_single_ones(cart, threads):
     count, rng = 7, np.random.default_rng(0)
-    envs, alone = many(cart, count, threads=threads, horizon=0.4), [single(cart, horizon=0.4) for _ in range(count)]
+    envs, alone = many(cart, count, threads=threads, horizon=0.4, lanes=False), [single(cart, horizon=0.4) for _ in range(count)]
+    assert envs.no_lanes == "lanes=False" and "7 instances by steppers (lanes=False), inputs u" in repr(envs)
     observations, infos = envs.reset(seed=11)
     for k, env in enumerate(alone):
         assert (observations[k] == env.reset(seed=11 + k)[0]).all()
@@ -149,6 +150,63 @@ def test_many_have_the_bits_of_single_ones(cart, threads):
         over = terminated | truncated
     assert ends == {(False, False), (True, False), (False, True)}
     envs.close()
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_lanes_depend_on_no_neighbour(cart, threads):
+    """The bits of one instance by itself, and the motions of steppers to the tolerance."""
+    count, rng, task = 21, np.random.default_rng(0), {"horizon": 0.4, "rtol": 1e-10, "more": "position(bar.end), qdd"}
+    envs = many(cart, count, threads=threads, **task)
+    alone, steppers = [many(cart, 1, **task) for _ in range(count)], many(cart, count, lanes=False, **task)
+    assert envs.no_lanes == "" and "21 instances in lanes, inputs u" in repr(envs)
+    observations, _ = envs.reset(seed=11)
+    expected, _ = steppers.reset(seed=11)
+    assert np.abs(observations - expected).max() < 1e-12
+    for k, env in enumerate(alone):
+        assert (observations[k] == env.reset(seed=11 + k)[0][0]).all()
+    ends = set()
+    for _ in range(60):
+        actions = rng.uniform(-20, 20, (count, 1))
+        observations, rewards, terminated, truncated, infos = envs.step(actions)
+        for k, env in enumerate(alone):
+            rows = env.step(actions[k : k + 1])
+            assert (observations[k] == rows[0][0]).all() and (rewards[k], terminated[k], truncated[k]) == tuple(each[0] for each in rows[1:4])
+            assert ("reason" in rows[4]) == bool(terminated[k]) and (not terminated[k] or infos["reason"][k] == rows[4]["reason"][0])
+        expected = steppers.step(actions)
+        assert np.abs(observations - expected[0]).max() < 1e-7 and np.abs(rewards - expected[1]).max() < 1e-7
+        assert (terminated == expected[2]).all() and (truncated == expected[3]).all()
+        ends |= set(zip(terminated.tolist(), truncated.tolist()))
+    assert ends == {(False, False), (True, False), (False, True)}
+
+
+def test_a_model_that_lanes_cannot_run():
+    """A ball on a rigid floor, by an integrator that lanes do not have."""
+    from kempe.gymnasium import Environment, VectorEnvironment
+
+    text = (ROOT / "tests/models/contact_bounce.yaml").read_text() + "inputs: {u: {unit: N}}\nforces: {push: {joint: z, force: u}}\n"
+    model, task = kempe.Model.from_text(text), {"step_time": 0.05, "horizon": 1, "integrator": "radau"}
+    envs = VectorEnvironment(model, 2, {"u": (-1, 1)}, lambda values: values["t"], **task)
+    assert envs.no_lanes == "another integrator" and "by steppers (another integrator)" in repr(envs)
+    env = Environment(model, {"u": (-1, 1)}, lambda values: values["t"], **task)
+    assert (envs.reset(seed=0)[0] == env.reset(seed=0)[0]).all()
+    assert all((envs.step([[0.5]] * 2)[0] == env.step([0.5])[0]).all() for _ in range(12))
+
+
+def test_impacts_in_lanes():
+    from kempe.gymnasium import Environment, VectorEnvironment
+
+    text = (ROOT / "tests/models/contact_bounce.yaml").read_text() + "inputs: {u: {unit: N}}\nforces: {push: {joint: z, force: u}}\n"
+    model, task = kempe.Model.from_text(text), {"step_time": 0.05, "horizon": 2, "start": {"q(z)": (0.2, 0.6)}, "rtol": 1e-9}
+    envs = VectorEnvironment(model, 2, {"u": (-9, 9)}, lambda values: values["t"], **task)
+    env = Environment(model, {"u": (-9, 9)}, lambda values: values["t"], **task)
+    observations, single = envs.reset(seed=3)[0], env.reset(seed=3)[0]
+    assert envs.no_lanes == "" and (observations[0] == single).all() and (observations[1] != single).any()
+    falls = 0
+    for k in range(39):
+        observations, single = envs.step([[9 * np.sin(k)]] * 2)[0], env.step([9 * np.sin(k)])[0]
+        assert np.abs(observations[0] - single).max() < 1e-5
+        falls += single[1] < 0
+    assert 0 < falls < 39
 
 
 def test_limits_end_an_episode_with_a_reason(cart):
@@ -179,23 +237,28 @@ def test_a_mechanism_that_locks_is_terminated():
     assert k == 16 and ended and not cut and reward == -7.0 and "limit position" in info["reason"] and np.isfinite(observation).all()
 
 
-def test_a_failure_of_one_is_none_of_the_others(cart):
+@pytest.mark.parametrize("lanes", [False, True])
+def test_a_failure_of_one_is_none_of_the_others(cart, lanes):
     """The force is the root of a negative number beyond x = 0.2 m."""
     text = (ROOT / "tests/models/cart_and_linkage.yaml").read_text().replace("force: u", 'force: "u*sqrt(0.2 - q(x))"')
     model, task = kempe.Model.from_text(text), {"start": None, "limits": None, "failure_reward": -5.0}
-    env, envs = single(model, **task), many(model, 3, threads=2, **task)
+    env, envs = single(model, **task), many(model, 3, threads=2, lanes=lanes, **task)
+    assert (envs.no_lanes == "") == lanes
+    near = 1e-5 if lanes else 0  # lanes have other bits than the stepper of one environment
     before, _ = env.reset()
     envs.reset()
     for _ in range(50):
         observation, reward, ended, cut, info = env.step([20.0])
         observations, rewards, terminated, truncated, infos = envs.step([[20.0], [0.0], [20.0]])
-        assert (observations[[0, 2]] == observation).all() and rewards[0] == rewards[2] == reward
+        assert (observations[0] == observations[2]).all() and rewards[0] == rewards[2]
+        assert np.abs(observations[0] - observation).max() <= near and abs(rewards[0] - reward) <= near
         assert terminated.tolist() == [ended, False, ended] and not cut and not truncated.any()
         if ended:
             break
         before = observation
     assert ended and reward == -5.0 and abs(observation[0] - 0.2) < 0.1 and (observation[:4] == before[:4]).all()
-    assert infos["reason"][0] == infos["reason"][2] == info["reason"] != "" and infos["_reason"].tolist() == [True, False, True]
+    assert infos["reason"][0] == infos["reason"][2] != "" != info["reason"] and (lanes or infos["reason"][0] == info["reason"])
+    assert infos["_reason"].tolist() == [True, False, True]
     observations, rewards, terminated, truncated, infos = envs.step([[0.0]] * 3)  # the others have begun again
     assert rewards[0] == 0 and observations[0, 0] == 0 and rewards[1] != 0 and "reason" not in infos
 
@@ -269,11 +332,13 @@ def test_a_wrapper_of_gymnasium(cart):
     assert lengths == [5] * 8
 
 
+@pytest.mark.parametrize("lanes", [False, True])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_interrupts(cart, threads):
+def test_interrupts(cart, threads, lanes):
     from gymnasium.error import ResetNeeded
 
-    envs = many(cart, 4, threads=threads, limits=None, step_time=1e5, horizon=1e5, max_steps=100000000)
+    bound = {} if lanes else {"max_steps": 100000000}
+    envs = many(cart, 4, threads=threads, limits=None, step_time=1e5, horizon=1e5, lanes=lanes, **bound)
     envs.reset(seed=0)
     timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
@@ -312,7 +377,7 @@ def test_signatures(cart):
 
     one, several = (list(inspect.signature(each).parameters.values()) for each in (Environment, VectorEnvironment))
     assert [each.name for each in one][:5] == ["model", "inputs", "reward", "step_time", "horizon"]
-    assert [each for each in several if each.name not in ("count", "threads")] == one and one[-1].kind is inspect.Parameter.VAR_KEYWORD
+    assert [each for each in several if each.name not in ("count", "threads", "lanes")] == one and one[-1].kind is inspect.Parameter.VAR_KEYWORD
     assert one[3].default is inspect.Parameter.empty and {each.name: each.default for each in one}["observation"] == ("q", "qd")
     for make, count in ((Environment, ()), (VectorEnvironment, (2,))):
         with pytest.raises(TypeError, match="missing 2 required keyword-only arguments: 'step_time' and 'horizon'") as caught:

@@ -317,11 +317,11 @@ static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *r
     return KEMPE_OK;
 }
 
-kempe_status kmp_batch_check_lanes(const kempe_ensemble *e, int lanes)
+kempe_status kmp_batch_check_lanes(kempe_context *context, int lanes)
 {
     if (lanes >= -1 && lanes <= KMP_LANES_MOST)
         return KEMPE_OK;
-    return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
+    return kmp_fail(context, KEMPE_E_ARGUMENT,
                     "%d instances at a time are not possible: give 1 to %d, 0 for the best number, -1 for every "
                     "instance separately",
                     lanes, KMP_LANES_MOST);
@@ -333,7 +333,7 @@ kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int 
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
     kmp_arena arena = {0};
-    KMP_TRY(kmp_batch_check_lanes(e, lanes));
+    KMP_TRY(kmp_batch_check_lanes(context, lanes));
     kempe_ensemble_result *b = new_batch(e, range);
     kempe_status status =
         b ? kmp_spec_of(kmp_mechanisms_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);

@@ -33,7 +33,7 @@ typedef struct kmp_batch_range {
  * whose instances all fail is not a failure. */
 kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                            const kmp_batch_range *range, kempe_ensemble_result **batch);
-kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
+kempe_status kmp_batch_check_lanes(kempe_context *context, int lanes);
 
 /** Sums of several batches, and their work. */
 typedef struct kmp_batch_totals {

@@ -652,7 +652,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     folder_run r = {.ensemble = ensemble, .context = context, .run = run, .lanes = lanes};
     process_share shard;
     kmp_ensemble_begin(ensemble);
-    KMP_TRY(kmp_batch_check_lanes(ensemble, lanes));
+    KMP_TRY(kmp_batch_check_lanes(context, lanes));
     if (options->chunk < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a part has at least one instance, not %d", options->chunk);
     const int instances = kmp_ensemble_values(ensemble)->count;

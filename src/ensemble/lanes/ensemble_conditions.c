@@ -230,6 +230,22 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
     return kmp_event_tracker_first_end(c) < 0;
 }
 
+bool kmp_instance_renew_conditions(kmp_engine *e, kmp_lane_group *pool, int i)
+{
+    kmp_instance *x = &e->instances[i];
+    bool changed;
+    if (!e->conditions || !kmp_lanes_takes(e->conditions->lanes, KMP_IN_TIME))
+        return true;
+    if (!kmp_instance_unpack(e, pool, i, true))
+        return false;
+    kmp_engine_hold_inputs(e, &x->inputs);
+    kmp_event_tracker *c = crossing_of(e, x);
+    const bool known = kmp_event_tracker_change(c, x->t, e->state, e->state + e->n, false, &changed) == KEMPE_OK;
+    keep_modes(e, x);
+    kmp_engine_hold_inputs(e, NULL);
+    return known && kmp_event_tracker_first_end(c) < 0;
+}
+
 /* -- lanes ------------------------------------------------------------------------------------------- */
 
 kmp_event_tracker *kmp_lane_watching(const kmp_engine *e, size_t l)

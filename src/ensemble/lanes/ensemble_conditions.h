@@ -14,6 +14,10 @@ bool kmp_conditions_init(kmp_engine *e);
 /** Sets the conditions of the current instance by its start. false: one ends the run there. */
 bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd);
 
+/** Sets the conditions of an instance in the unknowns of a pool again, whose inputs have jumped at x->t, if some depend
+ * on the time or on inputs. false: one ends the run there, or the state is not available. */
+bool kmp_instance_renew_conditions(kmp_engine *e, kmp_lane_group *pool, int i);
+
 /** True if some condition depends on accelerations or multipliers. */
 bool kmp_has_late_conditions(const kempe_system *system);
 

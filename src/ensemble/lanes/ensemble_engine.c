@@ -12,6 +12,7 @@
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/lane_state.h"
+#include "ensemble/lanes/lane_steps.h"
 #include "ensemble_start.h"
 #include "integrators/decide/closing.h"
 #include "integrators/decide/dropped_rows.h"
@@ -302,9 +303,10 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
     x->again = false;
     room->rejected[l] = room->tries[l] = 0;
     room->t[l] = room->t_new[l];
-    bool through = !(room->t[l] < e->spec.t_end), meets = false;
+    const bool arrives = !(room->t[l] < x->end), through = arrives && !e->steps, rests = arrives && e->steps;
+    bool meets = false;
     long tried = result->steps + result->rejected + result->refused;
-    bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], e->spec.t_end, NULL) ||
+    bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], x->end, NULL) ||
                 grows_without_end(e, pool, x, l, (double)tried);
     bool reorders = !through && pool->layout.multipliers > 0 &&
                     !kmp_writer_order_is_good(pool->layout.multipliers, pool->row, seen->multiplier + l,
@@ -318,7 +320,9 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
                              : spare_steps(x, tried);
         return KEMPE_OK;
     }
-    const char *jump = through ? NULL : pass_sample(e, l, &meets);
+    const char *jump = arrives ? NULL : pass_sample(e, l, &meets);
+    if (rests) /* the step has been cut, as at a sample */
+        room->h[l] = x->pace = fmax(room->h[l], x->pace);
     const char *why = through     ? NULL
                       : jump      ? jump
                       : collapsed ? "a step size that becomes too small"
@@ -332,13 +336,20 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
                           : NULL;
     bool changes = !through && !why && e->m > e->r && kmp_dropped_judge(seen->rows[l]) != KMP_KEPT_WELL;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
-    if (!through && !why && !changes && !exchanges && !reorders && !meets)
+    const bool goes_on = !through && !why && !changes && !exchanges && !reorders && !meets;
+    if (goes_on && !rests)
         return KEMPE_OK;
     int swapped = exchanges && !e->conditions && !e->site && !room->nu ? largest_growth(e, pool, seen, l) : -1;
     kmp_room_store(e, l);
     kmp_room_empty(room, l);
     if (through)
         return kmp_instance_finish(e, pool, i);
+    if (rests)
+        kmp_lane_steps_show(e, pool, i);
+    if (goes_on) {
+        kmp_lane_group_put(e, pool, i);
+        return KEMPE_OK;
+    }
     if (why && !slow)
         return kmp_instance_apart(e, pool, i, e->r > 0 ? fmin(1, seen->margin[l]) : 1, why);
     if (why) {
@@ -368,8 +379,10 @@ static kempe_status pass_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
     kmp_within_begin(e, pool, l);
     bool known = kmp_lane_visit_event(e, room->event[l], !e->site);
     bool slow = known && kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, x->t,
-                                               e->spec.t_end, NULL);
+                                               x->end, NULL);
     kempe_status status = KEMPE_OK;
+    if (known && e->steps)
+        kmp_lane_steps_show_state(e, i);
     if (!known || slow)
         kmp_instance_leave(e, i, known ? "too much work" : "conditions that change back and forth");
     else if (e->site)
@@ -704,12 +717,10 @@ static kmp_lane_group *fullest(const kmp_engine *e)
     return pool;
 }
 
-static kempe_status run_lanes(kmp_engine *e)
+kempe_status kmp_engine_run_pools(kmp_engine *e)
 {
     kempe_status status = KEMPE_OK;
     kmp_lane_group *pool;
-    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
-        status = kmp_instance_start(e, i);
     while (status == KEMPE_OK && !kmp_interrupted(e->context) && (pool = fullest(e)))
         status = lane_group_run(e, pool);
     for (int k = 0; k < e->pool_count; k++)
@@ -719,16 +730,16 @@ static kempe_status run_lanes(kmp_engine *e)
     return status;
 }
 
-kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_ensemble_result *results, double *q,
-                            double *qd)
+static kempe_status run_lanes(kmp_engine *e)
 {
-    const char *why = kmp_engine_no_lanes(e);
-    e->count = count;
-    e->values = values;
-    e->results = results;
-    e->q = q;
-    e->qd = qd;
-    /* Room of all instances. */
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
+        status = kmp_instance_start(e, i);
+    return status == KEMPE_OK ? kmp_engine_run_pools(e) : status;
+}
+
+bool kmp_engine_make_instances(kmp_engine *e)
+{
     kmp_arena *a = &e->arena;
     int size = kmp_lane_most(e), events = e->s->events.count;
     size_t memory = e->site ? kmp_runner_memory_size(e->s) : 0;
@@ -744,8 +755,21 @@ kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_
         x->inputs.held = true;
         x->memory = KMP_ARENA_NEW(a, double, (memory + sizeof(double) - 1) / sizeof(double) + 1);
         x->next_sample = INFINITY;
+        x->end = e->spec.t_end;
     }
-    kempe_status status = kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
+    return !a->failed;
+}
+
+kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_ensemble_result *results, double *q,
+                            double *qd)
+{
+    const char *why = kmp_engine_no_lanes(e);
+    e->count = count;
+    e->values = values;
+    e->results = results;
+    e->q = q;
+    e->qd = qd;
+    kempe_status status = kmp_made(e->context, kmp_engine_make_instances(e) && kmp_measuring_chunk(e));
     for (int i = 0; status == KEMPE_OK && why && i < count; i++)
         kmp_instance_leave(e, i, why);
     if (status == KEMPE_OK && !why)

@@ -20,6 +20,11 @@ void kmp_engine_end(kmp_engine *engine);
 kempe_status kmp_engine_run(kmp_engine *engine, int count, const double *values, kmp_ensemble_result *results,
                             double *q, double *qd);
 
+/** Parts of it: room for the instances of a chunk, in its arena (false: no memory); all instances that wait in pools.
+ */
+bool kmp_engine_make_instances(kmp_engine *engine);
+kempe_status kmp_engine_run_pools(kmp_engine *engine);
+
 /** Keeps the constants of the system, and restores them. */
 void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants);
 void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants);

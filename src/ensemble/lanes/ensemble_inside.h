@@ -52,6 +52,7 @@ typedef struct kmp_instance {
     bool again;           /* the present step is made again up to an event */
     bool has_slope;       /* dy is f(t, y) */
     bool has_step;        /* h is the next step, otherwise it is chosen */
+    bool rests;           /* it enters a lane after a rest (lane_steps.h): without the base of its sines */
     int tries;            /* failed attempts since the last accepted step */
     int hopeless;         /* as in struct kmp_rk */
     int next;             /* in the queue of its pool; -1: the last one */
@@ -65,21 +66,30 @@ typedef struct kmp_instance {
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
     double next_sample;         /* of its states; INFINITY: none */
     double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
+    double end;                 /* where it leaves the lanes: of the run, or of the caller's step (lane_steps.h) */
 
     kmp_last_correction corrected; /* of v, in weights */
     double t, h, error_old;
     double rate_scale;
-    double kinetic, potential; /* at the start */
-    kmp_present_inputs inputs; /* during its present step */
-    double *y, *dy;            /* size */
-    double *vdd;               /* n + m: accelerations of v there and multipliers, where conditions need them */
-    double *nu;                /* m: multipliers there, where forces depend on them */
-    double *mode;              /* of each condition */
-    kmp_condition_past *past;  /* the same */
-    void *memory;              /* of its past at the site (kmp_runner_keep_memory) */
-    bool stood;                /* it has begun there */
+    double kinetic, potential;   /* at the start */
+    kmp_present_inputs inputs;   /* during its present step */
+    double *y, *dy;              /* size */
+    double *vdd;                 /* n + m: accelerations of v there and multipliers, where conditions need them */
+    double *nu;                  /* m: multipliers there, where forces depend on them */
+    double *mode;                /* of each condition */
+    kmp_condition_past *past;    /* the same */
+    void *memory;                /* of its past at the site (kmp_runner_keep_memory) */
+    bool stood;                  /* it has begun there */
+    bool returns;                /* lanes may take it back from a stepper (lane_steps.h) */
+    struct kmp_lane_group *home; /* the pool in which it rests (lane_steps.h); NULL: it does not */
     kmp_system_constants constants;
 } kmp_instance;
+
+/** True for an instance whose slope, signs or sines are not known in a lane. */
+static inline bool kmp_instance_is_new(const kmp_instance *x)
+{
+    return !x->signs.known || x->rests;
+}
 
 /** One choice of u and of independent rows with one order of elimination. */
 typedef struct kmp_lane_group {
@@ -102,6 +112,7 @@ typedef struct kmp_lane_group {
         *complete; /* accelerations and multipliers of q and qd, for quantities of them (kmp_saddle_program_write) */
     kmp_lanes *complete_lanes; /* NULL: it is not needed, or there is none */
     int head, tail, waiting;   /* instances; -1: none */
+    int kept;                  /* instances that rest here, or return here if their step fails (lane_steps.h) */
     unsigned long used;        /* the find that gave it last */
 } kmp_lane_group;
 
@@ -199,9 +210,10 @@ typedef struct kmp_engine {
     kmp_arena arena;      /* of the instances and their arrays */
     kmp_instance *instances;
     kmp_ensemble_result *results;
-    double *q, *qd; /* count x n */
-    double *taken;  /* count x values of the quantities; NULL: there are none */
-    double *starts; /* count x 2 n, as in kmp_ensemble_execution */
+    double *q, *qd;               /* count x n */
+    double *taken;                /* count x values of the quantities; NULL: there are none */
+    double *starts;               /* count x 2 n, as in kmp_ensemble_execution */
+    struct kmp_lane_steps *steps; /* instances stay from one step of the caller to the next; NULL: they do not */
 } kmp_engine;
 
 /* ensemble_engine.c */

@@ -137,14 +137,12 @@ static void run_chunks(void *self, int thread)
     atomic_store(&r->busy[k], false);
 }
 
-/* The number of lanes: of two registers only where the vectors of both remain in the first cache, and chunks of that
- * size leave no thread without instances. Results do not depend on it. */
-static int width_of(const kmp_ensemble *e, const kmp_ensemble_execution *execution, int instances, int threads)
+int kmp_ensemble_width(const kempe_system *system, int width, int instances, int threads)
 {
     int best = kmp_lanes_best();
-    if (execution->width > 0)
-        return execution->width;
-    bool large = e->n > MOST_WIDE, few = instances < LEAST_ROUNDS * best * threads;
+    if (width > 0)
+        return width;
+    bool large = system->n > MOST_WIDE, few = instances < LEAST_ROUNDS * best * threads;
     return best > ONE_REGISTER && (large || few) ? ONE_REGISTER : best;
 }
 
@@ -233,9 +231,7 @@ static void tell_tables(kmp_ensemble *e, bool tells)
     }
 }
 
-/* No step is longer than the shortest interval of the functions of time: instances have their pulses at other times.
- * *open: shorter ones may have been missed. */
-static kempe_status limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open)
+kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open)
 {
     kmp_time_scales scales;
     kmp_arena aside = {0};
@@ -262,10 +258,10 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
     resolved.open = resolved.open || spec->open; /* it may have been resolved before */
     bool open;
-    KMP_TRY(limit_steps(e->engine[0]->s, &resolved, &open));
+    KMP_TRY(kmp_ensemble_limit_steps(e->engine[0]->s, &resolved, &open));
     kmp_ensemble_execution chosen = *execution;
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
-    chosen.width = width_of(e, execution, instances, threads);
+    chosen.width = kmp_ensemble_width(e->engine[0]->s, execution->width, instances, threads);
     resolved.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
     shared_run r = {.e = e,
                     .spec = &resolved,

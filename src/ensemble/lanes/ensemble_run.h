@@ -70,3 +70,11 @@ typedef struct kmp_ensemble_work {
     long lane_steps; /* attempted steps of instances in these */
 } kmp_ensemble_work;
 kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
+
+/** The number of lanes, if a width is not given (0): of two registers only where the vectors of both remain in the
+ * first cache, and chunks of that size leave no thread without instances. Results do not depend on it. */
+int kmp_ensemble_width(const kempe_system *system, int width, int instances, int threads);
+
+/** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
+ * pulses at other times. *open: shorter ones may have been missed. */
+kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open);

@@ -15,6 +15,7 @@
 #include "ensemble/lanes/ensemble_inside.h"
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/lane_state.h"
+#include "ensemble/lanes/lane_steps.h"
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/reduced.h"
@@ -606,6 +607,20 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
     return kmp_instance_go_on(e, i, KEMPE_OK, &part->found, part->row, part->row + e->n);
 }
 
+kempe_status kmp_instance_take_back(kmp_engine *e, int i, kmp_runner *run, int rank, double *margin, bool *taken)
+{
+    part_state part = {.margin = *margin, .row = KMP_NEW(double, 3 * e->n + e->m)};
+    KMP_TRY(kmp_made(e->context, part.row));
+    kempe_status status = look(e, i, run, rank, &part, taken);
+    *margin = part.margin;
+    if (status == KEMPE_OK && *taken)
+        status = come_back(e, i, run, &part); /* frees the partition */
+    else
+        kmp_partition_free(&part.found);
+    kmp_free(part.row);
+    return status;
+}
+
 /* The run of a part, from (q, qd) in part->row; `margin` 0: the run finds the usual size of the margin. */
 static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spec, const part_state *part,
                           kmp_runner **run)
@@ -667,6 +682,8 @@ static kempe_status run_part(kmp_engine *e, int i, int rank, double margin, part
 kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
                                       double work, const char *why)
 {
+    if (kmp_lane_steps_leave(e, i, rank, why))
+        return KEMPE_OK;
     part_state part = {.margin = -1, .work = work, .row = KMP_NEW(double, 3 * e->n + e->m)};
     KMP_TRY(kmp_made(e->context, part.row));
     memcpy(part.row, q, (size_t)e->n * sizeof *q);
@@ -679,7 +696,7 @@ kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double mar
 
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_lane_group *from, int i, double margin, const char *why)
 {
-    if (!kmp_instance_unpack(e, from, i, true))
+    if (kmp_lane_steps_leave(e, i, from->part.r, why) || !kmp_instance_unpack(e, from, i, true))
         return KEMPE_OK;
     KMP_TRY(kmp_instance_take_values(e, i));
     kmp_eval_renew_parameters(e->eval);

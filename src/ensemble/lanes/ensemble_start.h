@@ -56,3 +56,7 @@ kempe_status kmp_instance_alone(kmp_engine *e, int i);
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_lane_group *from, int i, double margin, const char *why);
 kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
                                       double work, const char *why);
+
+/** Puts an instance into a pool at the present state of its run, with closures of this rank, if lanes can continue it.
+ * `margin`: of the last look at it, and of this one; -1: none yet. Only the second look or a later one takes it. */
+kempe_status kmp_instance_take_back(kmp_engine *e, int i, kmp_runner *run, int rank, double *margin, bool *taken);

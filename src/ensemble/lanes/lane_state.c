@@ -10,6 +10,7 @@
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/lane_steps.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/run/events.h"
 #include "integrators/steppers/dop853.h"
@@ -44,6 +45,8 @@ void kmp_lane_group_free(kmp_lane_group *pool)
 
 void kmp_lane_group_put(kmp_engine *e, kmp_lane_group *pool, int i)
 {
+    if (kmp_lane_steps_rest(e, pool, i))
+        return;
     e->instances[i].next = -1;
     if (pool->tail >= 0)
         e->instances[pool->tail].next = i;
@@ -151,7 +154,7 @@ static kmp_lane_group **place_of(kmp_engine *e)
 {
     int place = -1, kept = e->execution.pools > 0 ? e->execution.pools : KMP_POOLS_KEPT;
     for (int k = 0; k < e->pool_count && e->pool_count >= kept; k++)
-        if (e->pools[k] != e->running && e->pools[k]->waiting == 0 &&
+        if (e->pools[k] != e->running && e->pools[k]->waiting == 0 && e->pools[k]->kept == 0 &&
             (place < 0 || e->pools[k]->used < e->pools[place]->used))
             place = k;
     if (place >= 0) {
@@ -272,7 +275,7 @@ void kmp_room_find_limit(kmp_engine *e, size_t l)
 {
     const kmp_instance *x = &e->instances[e->room.who[l]];
     e->room.until[l] = kmp_present_inputs_until(&x->inputs);
-    e->room.limit[l] = kmp_first_limit(x->next_sample, e->room.until[l], e->spec.t_end);
+    e->room.limit[l] = kmp_first_limit(x->next_sample, e->room.until[l], x->end);
 }
 
 /* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
@@ -440,7 +443,7 @@ void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t l, int i)
     room->tries[l] = x->tries;
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
         room->negative[k * w + l] = x->signs.negative[k];
-    if (x->signs.known)
+    if (x->signs.known && !x->rests)
         kmp_fused_sines_put(&pool->sines, (int)l, x->base);
     kmp_room_find_limit(e, l);
     put_lane(room->y, w, l, e->size, x->y);
@@ -604,7 +607,7 @@ void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool)
     kmp_room_set_times(room, 0);
     int64_t renewed[KMP_LANES_MOST];
     for (size_t l = 0; l < room->w; l++)
-        renewed[l] = room->who[l] >= 0 && !e->instances[room->who[l]].signs.known;
+        renewed[l] = room->who[l] >= 0 && kmp_instance_is_new(&e->instances[room->who[l]]);
     kmp_fused_sines_take(&pool->sines, KMP_SINES_RENEW, renewed);
     kmp_room_evaluate(e, pool, room->y, room->k[2]);
     kmp_fused_sines_take(&pool->sines, KMP_SINES_ALONE, NULL);
@@ -615,16 +618,17 @@ void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool)
         kmp_room_find_accelerations(e, pool, end, room->k[2], room->vdd_new);
     for (size_t l = 0; l < room->w; l++) {
         kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
-        if (!x || x->signs.known)
+        if (!x || !kmp_instance_is_new(x))
             continue;
         if (room->bad[l] != 0) {
             kmp_lane_evict(e, l, "a right-hand side that cannot be evaluated");
             continue;
         }
-        x->signs.known = true;
-        for (size_t k = l; k < KMP_SIGN_WORDS * room->w; k += room->w)
+        for (size_t k = l; !x->signs.known && k < KMP_SIGN_WORDS * room->w; k += room->w)
             room->negative[k] = negative[k];
-        room->pivot[l] = 0;
+        room->pivot[l] = x->signs.known ? room->pivot[l] : 0;
+        x->signs.known = true;
+        x->rests = false;
         for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
         for (size_t k = l; room->nu && k < (size_t)e->m * room->w; k += room->w)

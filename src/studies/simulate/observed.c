@@ -498,20 +498,31 @@ static kempe_status check_system(const kempe_outputs *o, const kempe_system *sys
     return kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "the outputs belong to another system");
 }
 
+bool kmp_outputs_are_late(const kempe_outputs *o)
+{
+    return o->observed.late;
+}
+
+void kmp_outputs_with_inputs(kempe_outputs *o, const kmp_present_inputs *given, double t, const double *row,
+                             double *values)
+{
+    kmp_present_inputs *inputs = &o->observed.inputs;
+    const int n = o->system->n;
+    kmp_present_inputs_copy(inputs, given);
+    inputs->held = true;
+    kmp_output_program_at(&o->observed, t, row, row + n, row + 2 * n, row + 3 * n, values);
+    kmp_present_inputs_take_samples(inputs);
+    inputs->held = false;
+}
+
 kempe_status kempe_outputs_at_stepper(kempe_outputs *o, const kempe_stepper *s, double *values)
 {
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, s, "stepper");
     KMP_WANTED(o->system->context, values, "values");
     KMP_TRY(check_system(o, s->system));
-    kmp_present_inputs *inputs = &o->observed.inputs;
-    kmp_present_inputs_copy(inputs, kmp_runner_inputs(s->runner));
-    inputs->held = true;
-    kempe_status status = kempe_outputs_at_state(o, s->t, kempe_stepper_q(s), kempe_stepper_qd(s), kempe_stepper_qdd(s),
-                                                 kempe_stepper_lambda(s), values);
-    memset(inputs->replaced, 0, (size_t)inputs->count * sizeof *inputs->replaced);
-    inputs->held = false;
-    return status;
+    kmp_outputs_with_inputs(o, kmp_runner_inputs(s->runner), s->t, s->row, values);
+    return KEMPE_OK;
 }
 
 kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, int row, double *values)

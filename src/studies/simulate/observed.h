@@ -8,6 +8,7 @@
 #include "dynamics/equations.h"
 #include "model/data/variant.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/output_handles.h>
 
 /** The source of a column's value: number `index` of a quantity, or (KMP_QUANTITIES) of the outputs in addition to the
  * table. It is component `part` of output `output`. */
@@ -66,3 +67,10 @@ void kmp_output_program_at(kmp_output_program *observed, double t, const double 
 
 /** All columns (columns.count) at a row of samples. */
 void kmp_output_program_fill(kmp_output_program *observed, const kmp_samples *samples, int row, double *values);
+
+/** True if a value depends on accelerations or multipliers. */
+bool kmp_outputs_are_late(const kempe_outputs *outputs);
+
+/** Values at a row (q, qd, qdd, lambda) with the inputs of a run there. */
+void kmp_outputs_with_inputs(kempe_outputs *outputs, const kmp_present_inputs *inputs, double t, const double *row,
+                             double *values);

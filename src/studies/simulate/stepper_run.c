@@ -105,6 +105,17 @@ static kempe_status make_runner(kempe_stepper *s, const kmp_run_spec *spec, cons
     return status;
 }
 
+/* Assembles a stepper that has its spec. */
+static kempe_status start(kempe_stepper *s, const kempe_system *system)
+{
+    s->system = system;
+    s->bounded = s->spec.max_steps == 0;
+    s->spec.max_steps = s->bounded ? -1 : s->spec.max_steps; /* t_end is far: the bound is of each advance */
+    KMP_TRY(kmp_made(system->context, KMP_ARENA_EACH(&s->arena, double, 3 * system->n + system->m, &s->row, &s->next)));
+    kempe_status status = make_runner(s, &s->spec, NULL);
+    return s->runner ? settle(s, status) : status;
+}
+
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
 {
     KMP_WANTED_BOTH(system, stepper);
@@ -112,17 +123,17 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     KMP_TRY(kmp_run_options_check(system->context, run, KMP_STUDY_STEPPER));
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_stepper, s);
-    s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
-    s->bounded = s->spec.max_steps == 0;
-    s->spec.max_steps = s->bounded ? -1 : s->spec.max_steps; /* t_end is far: the bound is of each advance */
     if (status == KEMPE_OK)
-        status =
-            kmp_made(system->context, KMP_ARENA_EACH(&s->arena, double, 3 * system->n + system->m, &s->row, &s->next));
-    if (status == KEMPE_OK)
-        status = make_runner(s, &s->spec, NULL);
-    if (s->runner)
-        status = settle(s, status);
+        status = start(s, system);
+    return KMP_GIVE_OR_FREE(status, stepper, s, kempe_stepper_free);
+}
+
+kempe_status kmp_stepper_new(const kempe_system *system, const kmp_run_spec *spec, kempe_stepper **stepper)
+{
+    KMP_MAKE(system->context, kempe_stepper, s);
+    s->spec = *spec;
+    kempe_status status = start(s, system);
     return KMP_GIVE_OR_FREE(status, stepper, s, kempe_stepper_free);
 }
 
@@ -385,7 +396,9 @@ static kempe_status save_state(kempe_stepper *s, bool passes, kempe_stepper_stat
     return KMP_GIVE_OR_FREE(status, state, made, kempe_stepper_state_free);
 }
 
-static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
+/* `modes`, `memory`: NULL: as at a start. */
+static kempe_status run_from_memory(kempe_stepper *s, const kempe_stepper_state *state, const double *modes,
+                                    const void *memory)
 {
     kmp_run_spec spec = s->spec;
     const kempe_assembly start = {
@@ -395,9 +408,9 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     spec.first_step = state->step;
     spec.rate_scale = state->rate_scale;
     spec.stand_in = state->stand_in;
-    spec.mode_start = s->system->events.count > 0 ? state->mode : NULL;
+    spec.mode_start = modes;
     spec.inputs_start = &state->inputs;
-    spec.memory_start = state->memory;
+    spec.memory_start = memory;
     spec.elsewhere = state->elsewhere;
     spec.due = true;
     KMP_TRY(make_runner(s, &spec, &start));
@@ -407,6 +420,11 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     s->samples = state->samples;
     s->doubted = state->doubted || kmp_context_verdict(s->system->context, KEMPE_OK) != KEMPE_OK;
     return KEMPE_OK;
+}
+
+static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
+{
+    return run_from_memory(s, state, s->system->events.count > 0 ? state->mode : NULL, state->memory);
 }
 
 kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
@@ -471,6 +489,28 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
         status = run_from(made, state);
     kempe_stepper_state_free(state);
     return KMP_GIVE_OR_FREE(status, copy, made, kempe_stepper_free);
+}
+
+kempe_status kmp_stepper_continue(kempe_stepper *s, const kmp_stepper_start *start)
+{
+    const size_t n = (size_t)s->system->n;
+    kempe_stepper_state *state = state_new(s->system);
+    KMP_TRY(kmp_made(s->system->context, state));
+    state->t = state->shown_t = start->t;
+    state->own_stop = INFINITY;
+    state->work = start->work;
+    state->step = start->step;
+    state->rate_scale = start->rate_scale;
+    state->samples = true;
+    if (n > 0) {
+        memcpy(state->row, start->q, n * sizeof *state->row);
+        memcpy(state->row + n, start->qd, n * sizeof *state->row);
+        memcpy(state->shown, state->row, 2 * n * sizeof *state->row);
+    }
+    kmp_present_inputs_copy(&state->inputs, start->inputs);
+    kempe_status status = run_from_memory(s, state, start->modes, start->memory);
+    kempe_stepper_state_free(state);
+    return status;
 }
 
 /* -- states as bytes ------------------------------------------------------------------------------------ */

@@ -26,8 +26,23 @@ struct kempe_stepper {
     kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
 };
 
+/** kempe_stepper_new with a resolved spec, whose pointers must outlive the stepper. */
+kempe_status kmp_stepper_new(const kempe_system *system, const kmp_run_spec *spec, kempe_stepper **stepper);
+
 /** Takes the row here again, with inputs that were set since. */
 kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);
+
+/** A state of another run of the system at the end of one of its steps. It has no delayed signals. */
+typedef struct kmp_stepper_start {
+    double t, work, step, rate_scale;
+    const double *q, *qd;             /* on closed loops */
+    const double *modes;              /* NULL: by the state */
+    const void *memory;               /* NULL: as at a start */
+    const kmp_present_inputs *inputs; /* until t */
+} kmp_stepper_start;
+
+/** Continues from there. After a failure the stepper is unchanged. */
+kempe_status kmp_stepper_continue(kempe_stepper *stepper, const kmp_stepper_start *start);
 
 /** A state as bytes, for another process with the same system: their number; 0 where delayed signals have a past, whose
  * length changes. Bytes of a state of the same system come back as it; NULL: no memory. */
