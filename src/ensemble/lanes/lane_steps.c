@@ -154,7 +154,7 @@ static bool complete(kmp_engine *e, int i, double *row)
         kmp_reduction_tangent(&x->home->red);
         known = kmp_instance_complete(e, x->home, row + n, row + 2 * n, row + 3 * n);
     }
-    if (known && e->site && e->site->friction) {
+    if (known && e->site && e->site->sticking.friction) {
         kmp_runner_take_memory(e->site, x->memory, false);
         kmp_friction_show(e->site, x->t, row);
     }
