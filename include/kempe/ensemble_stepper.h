@@ -61,9 +61,9 @@ KEMPE_API kempe_status kempe_ensemble_stepper_begin(kempe_ensemble_stepper *step
  * `inputs` are constant in SI from its present time on: `values` has `input_count` of them for each instance. `outputs`
  * (NULL: not required) receives the values (value_count) of each instance that advances, at its time or where its
  * motion has ended. A motion that fails or ends is none of the others: see kempe_ensemble_stepper_outcome.
- * KEMPE_E_ARGUMENT: an instance has not begun, its time is before the present one or after t_end, there is no such
- * input, a value is not finite, or a closure depends on the input and would jump. KEMPE_STOPPED: an interrupt, after
- * which some instances have not advanced. */
+ * KEMPE_E_ARGUMENT: an instance has not begun, or its time is before the present one or after t_end. The same: there is
+ * no such input, a value is not finite, or a closure depends on the input and would jump. KEMPE_STOPPED: an interrupt,
+ * after which some instances have not advanced. */
 KEMPE_API kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *stepper, const double *t, int input_count,
                                                       const int *inputs, const double *values, double *outputs);
 
