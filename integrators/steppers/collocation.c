@@ -301,7 +301,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                  {&s->f, s->n},
                  {&s->change, s->all},
                  {&s->g_before, s->all},
-                 {&s->ends, s->all},
+                 {&s->ends, s->all + s->q},
                  {&s->of_motion, s->columns ? 2 * s->p * s->p : 0},
                  {&s->of_parameters, s->columns * s->p},
                  {&s->lanes.at, 1},

@@ -109,20 +109,21 @@ typedef struct kmp_collocation {
     double limit;    /* remainder of a correction at which an iteration stops */
     double limit_of_columns;
     int most_sweeps;
-    double taken;                     /* the last step */
-    double *y, *y_old, *dy, *dy_new;  /* n; dy = f(t, y) */
-    double *trial, *slope;            /* n */
-    double *scale, *per_scale;        /* n: weights of the estimate, and their inverse */
-    double *w_accept;                 /* n: weights of the tolerance */
-    double *error;                    /* n: of the attempt */
-    double *weight;                   /* inner: of a change of g in the norm */
-    double *lead, *lead_old;          /* all: leading coefficients of the stages' polynomials, over their step */
-    double *slip;                     /* n: of the rates of positions at the start of the last step, their stiff part */
-    double *fix;                      /* n: the formulation's correction of the last step's end */
-    double *g, *g_old;                /* (all + q) w: derivatives of the stages; of the last step's */
-    double *g_start, *g_start_old;    /* all + q: at the start of the step, and of the last one */
-    double *stage, *f;                /* n w: the stages and their derivatives */
-    double *change, *g_before, *ends; /* all w */
+    double taken;                    /* the last step */
+    double *y, *y_old, *dy, *dy_new; /* n; dy = f(t, y) */
+    double *trial, *slope;           /* n */
+    double *scale, *per_scale;       /* n: weights of the estimate, and their inverse */
+    double *w_accept;                /* n: weights of the tolerance */
+    double *error;                   /* n: of the attempt */
+    double *weight;                  /* inner: of a change of g in the norm */
+    double *lead, *lead_old;         /* all: leading coefficients of the stages' polynomials, over their step */
+    double *slip;                    /* n: of the rates of positions at the start of the last step, their stiff part */
+    double *fix;                     /* n: the formulation's correction of the last step's end */
+    double *g, *g_old;               /* (all + q) w: derivatives of the stages; of the last step's */
+    double *g_start, *g_start_old;   /* all + q: at the start of the step, and of the last one */
+    double *stage, *f;               /* n w: the stages and their derivatives */
+    double *change, *g_before;       /* all w */
+    double *ends;                    /* (all + q) w */
     double *of_motion, *of_parameters; /* of the equations that follow: A, b, in lanes */
     kmp_table_lanes lanes;
     kmp_newton_stages newton;

@@ -295,19 +295,22 @@ static double estimate(kmp_collocation *s, double h, bool whole)
     return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
 }
 
+/* Ends and errors of the quadratures, as of the other unknowns: from the slopes at the stages, which are complete. */
+static void find_quadratures(kmp_collocation *s)
+{
+    const int first = s->all * s->w;
+    const double *v = s->dy + s->all_p + s->all;
+    memcpy(s->g + first, s->f + (s->all_p + s->all) * s->w, (size_t)(s->q * s->w) * sizeof *s->g);
+    sum_lanes(s->w, s->q, s->s, s->g + first, s->lanes.end, &(lane_terms){v, s->lanes.filter, v, s->lanes.zero},
+              s->ends + first);
+}
+
 /* The estimate of the quadratures, as of the other unknowns. */
 static double estimate_of_quadratures(const kmp_collocation *s, double h)
 {
-    const double filter = s->lanes.filter[KMP_END_SLOPE];
-    double squares = 0, end[KMP_COLLOCATION_STAGES];
-    for (int j = 0; j < s->s; j++)
-        end[j] = s->lanes.end[j * s->w + KMP_END_SLOPE];
+    double squares = 0;
     for (int k = s->all; k < s->all + s->q; k++) {
-        const double *rate = s->g + k * s->w;
-        double sum = s->dy[s->all_p + k] * filter;
-        for (int j = 0; j < s->s; j++)
-            sum += rate[j] * end[j];
-        const double error = h * sum * s->per_scale[s->all_p + k];
+        const double error = h * s->ends[k * s->w + KMP_END_SLOPE] * s->per_scale[s->all_p + k];
         squares += error * error;
     }
     return sqrt(squares / fmax(s->q, 1));
@@ -315,22 +318,11 @@ static double estimate_of_quadratures(const kmp_collocation *s, double h)
 
 void kmp_collocation_end(kmp_collocation *s, double h)
 {
-    int end = s->all_p + s->all;
     const double *v = s->y + s->all_p;
     for (int k = 0; k < s->all_p; k++)
         s->y_old[k] = s->y[k] + h * (v[k] + h * s->ends[k * s->w + KMP_END_TWICE]);
-    for (int k = 0; k < s->all; k++)
+    for (int k = 0; k < s->all + s->q; k++)
         s->y_old[s->all_p + k] = v[k] + h * s->ends[k * s->w + KMP_END_ONCE];
-    double once[KMP_COLLOCATION_STAGES];
-    for (int j = 0; j < s->s; j++)
-        once[j] = h * s->table->end[j][KMP_END_ONCE];
-    for (int k = end; k < s->n; k++) {
-        const double *rate = s->g + (k - s->all_p) * s->w;
-        double sum = s->y[k];
-        for (int j = 0; j < s->s; j++)
-            sum += once[j] * rate[j];
-        s->y_old[k] = sum;
-    }
 }
 
 /* -- iteration ----------------------------------------------------------------------------------------- */
@@ -562,7 +554,6 @@ static kmp_collocation_outcome follow(kmp_collocation *s, double *shorter)
 
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
 {
-    int end = s->all_p + s->all;
     for (int k = 0; k < s->all; k++)
         s->weight[k] = h * s->per_scale[s->all_p + k];
     begin(s, h);
@@ -597,7 +588,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
         return what;
     if (s->iteration == KMP_ITERATION_PICARD)
         find_lead(s, s->all);
-    memcpy(s->g + s->all * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
+    find_quadratures(s);
     *error = estimate(s, h, true);
     if (ode->results)
         *error = fmax(*error, estimate_of_quadratures(s, h));

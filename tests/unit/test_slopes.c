@@ -19,6 +19,7 @@ typedef struct fixture {
     kempe_system *system;
     kmp_evaluator *eval;
     kmp_slopes *slopes;
+    kmp_slopes_sum sum;
     int count;
     const char *names[MOST];
     double values[MOST];
@@ -62,11 +63,13 @@ static fixture open_fixture(const char *path, const char *text, int more, const 
     CHECK(kempe_system_new(m, &f.system) == KEMPE_OK);
     f.eval = kmp_eval_new(f.system, "tape");
     CHECK(kmp_slopes_new(f.system, "tape", f.count, f.names, true, &f.slopes) == KEMPE_OK);
+    CHECK(kmp_slopes_sum_init(&f.sum, f.system, kmp_backend_find("tape"), f.count, f.names) == KEMPE_OK);
     return f;
 }
 
 static void close_fixture(fixture *f)
 {
+    kmp_slopes_sum_free(&f->sum);
     kmp_slopes_free(f->slopes);
     kmp_eval_free(f->eval);
     kempe_system_free(f->system);
@@ -266,6 +269,16 @@ static void check_gradients(fixture *f, const point *x)
         for (int i = 0; i < 3 * m + n; i++)
             sum += w[i] * h[i];
         CHECK_NEAR(sums[k], sum, 1e-12);
+    }
+    kmp_formulas_renew(&f->sum.formulas, f->system->parameters);
+    memcpy(f->sum.weight, w, (size_t)(3 * m + n) * sizeof *w);
+    const double *back = kmp_slopes_sum_at(&f->sum, &at);
+    for (int k = 0; k < count; k++) { /* terms of other sizes may cancel */
+        (void)kmp_slopes_change(f->slopes, k, h);
+        double size = 1;
+        for (int i = 0; i < 3 * m + n; i++)
+            size += fabs(w[i] * h[i]);
+        CHECK_NEAR(back[k] / size, sums[k] / size, 1e-12);
     }
 }
 

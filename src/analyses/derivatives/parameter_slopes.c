@@ -70,14 +70,19 @@ static bool add_direction(gather *g, int leaves)
     return ok;
 }
 
+/* The input of a named parameter, or of an input of the model (find_names). */
+static kmp_ref leaf_of(kmp_graph *graph, int named)
+{
+    return named >= 0 ? kmp_input(graph, KMP_IN_PARAMETER, (uint32_t)named)
+                      : kmp_input(graph, KMP_IN_TIME, (uint32_t)(-1 - named));
+}
+
 /* A column for each parameter. */
 static bool add_parameters(gather *g)
 {
     bool ok = true;
     for (int p = 0; ok && p < g->s->count; p++) {
-        int named = g->named[p];
-        g->leaf[0] = named >= 0 ? kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)named)
-                                : kmp_input(g->eq.graph, KMP_IN_TIME, (uint32_t)(-1 - named));
+        g->leaf[0] = leaf_of(g->eq.graph, g->named[p]);
         g->direction[0] = KMP_ONE;
         int leaves = lead_parameters(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && add_direction(g, leaves);
@@ -86,6 +91,8 @@ static bool add_parameters(gather *g)
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */
+
+enum { SETS_OF_EQUATIONS = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };
 
 /* The equations to differentiate: h, J qd + h_t and J qdd + jdqd (m each), M qdd + C - J' lambda (n). */
 static void collect_sets(const kmp_equations *eq, kmp_ref *of)
@@ -396,7 +403,7 @@ static kempe_status find_parameters(const kempe_system *system, int count, const
     return KEMPE_OK;
 }
 
-/* Of parameters and inputs (named_leaf). */
+/* Of parameters and inputs (leaf_of). */
 static kempe_status find_names(const kempe_system *system, int count, const char *const *names, int *named)
 {
     for (int p = 0; p < count; p++) {
@@ -422,8 +429,7 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
     for (int k = 0; k < s->system->events.count && status == KEMPE_OK; k++)
         s->timed = s->timed || kmp_slopes_event_is_late(s, k);
     if (status == KEMPE_OK && s->count > 0)
-        status =
-            derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);
+        status = derive(s, SETS_OF_EQUATIONS, add_equations, &s->equations, named, found);
     if (status == KEMPE_OK && with_outputs)
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
     if (status == KEMPE_OK && count_delays(s->system->model) > 0)
@@ -643,7 +649,7 @@ static kempe_status derive_all(kmp_second_derivatives *second, const kempe_syste
 {
     kmp_equations eq;
     kmp_events events;
-    KMP_TRY(derive_for_slopes(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
+    KMP_TRY(derive_for_slopes(&eq, system, &events, SETS_OF_EQUATIONS));
     bool ok = derive_twice(second, &eq, backend, parameter, system->parameters);
     kmp_equations_free(&eq);
     return ok ? KEMPE_OK : kmp_fail_memory(system->context);
@@ -697,9 +703,9 @@ kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, c
     return (kmp_second_values){out + 3 * m, out, out + m, out + 2 * m};
 }
 
-/* -- second derivatives of a weighted sum: differentiation back from the sum, then forward -------------------- */
+/* -- weighted sums: differentiation back from the sum ---------------------------------------------------------- */
 
-/* The weighted sum, whose weights are inputs after the direction. */
+/* The weighted sum, whose weights are the inputs from `first` on. */
 static kmp_ref weighted_sum(const kmp_equations *eq, int first, int count, const kmp_ref *of)
 {
     kmp_ref sum = KMP_ZERO;
@@ -708,6 +714,78 @@ static kmp_ref weighted_sum(const kmp_equations *eq, int first, int count, const
                       kmp_mul(eq->graph, kmp_input(eq->graph, KMP_IN_ALONG, (uint32_t)(first + k)), of[k]));
     return sum;
 }
+
+/* The derivatives of a sum by all leaves: the `count` named inputs and the dependent parameters, which go back, the
+ * last one first, to the parameters in their expressions. */
+static void differentiate_back(const kmp_tree *tree, kmp_ref sum, int count, const kmp_ref *leaf, kmp_ref *slope,
+                               kmp_ref *part)
+{
+    const kempe_model *m = tree->model;
+    kmp_graph *graph = tree->graph;
+    kmp_gradient_backward(graph, sum, count + m->led_count, leaf, slope);
+    for (int i = m->led_count - 1; i >= 0; i--) {
+        const kmp_ref by = slope[count + i];
+        if (by == KMP_ZERO)
+            continue;
+        kmp_gradient_backward(graph, kmp_tree_expression(tree, m->parameters[m->led[i]].number.expr), count + i, leaf,
+                              part);
+        for (int k = 0; k < count + i; k++)
+            slope[k] = kmp_add(graph, slope[k], kmp_mul(graph, by, part[k]));
+    }
+}
+
+static bool derive_sum(kmp_slopes_sum *sum, const kmp_equations *eq, const int *named, const kmp_backend *backend,
+                       const double *values)
+{
+    const kempe_model *m = eq->model;
+    const int rows = 3 * eq->m + eq->n, leaves = sum->count + m->led_count;
+    kmp_arena arena = {0};
+    kmp_ref *of, *leaf, *slope, *part;
+    bool ok = KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_ref, rows, &of), KMP_ROOM(kmp_ref, leaves, &leaf, &slope, &part));
+    if (ok) {
+        collect_sets(eq, of);
+        for (int k = 0; k < sum->count; k++)
+            leaf[k] = leaf_of(eq->graph, named[k]);
+        for (int i = 0; i < m->led_count; i++)
+            leaf[sum->count + i] = kmp_input(eq->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
+        differentiate_back(&eq->tree, weighted_sum(eq, 0, rows, of), sum->count, leaf, slope, part);
+        ok = kmp_formulas_init(&sum->formulas, eq->graph, sum->count, slope, backend, values);
+    }
+    kmp_arena_free(&arena);
+    return ok;
+}
+
+kempe_status kmp_slopes_sum_init(kmp_slopes_sum *sum, const kempe_system *system, const kmp_backend *backend, int count,
+                                 const char *const *names)
+{
+    kmp_equations eq;
+    kmp_events events;
+    *sum = (kmp_slopes_sum){.n = system->n, .m = system->m, .count = count};
+    sum->weight = KMP_NEW(double, 3 * system->m + system->n);
+    int *named = KMP_NEW(int, count);
+    kempe_status status = named && sum->weight ? find_names(system, count, names, named) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = derive_for_slopes(&eq, system, &events, SETS_OF_EQUATIONS);
+    if (status == KEMPE_OK) {
+        status = derive_sum(sum, &eq, named, backend, system->parameters) ? KEMPE_OK : KEMPE_E_MEMORY;
+        kmp_equations_free(&eq);
+    }
+    kmp_free(named);
+    if (status != KEMPE_OK)
+        kmp_slopes_sum_free(sum);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
+}
+
+KMP_CLEARS(kmp_slopes_sum, sum, kmp_formulas_free(&sum->formulas), kmp_free(sum->weight))
+
+const double *kmp_slopes_sum_at(kmp_slopes_sum *sum, const kmp_instant *at)
+{
+    kmp_formulas_place(&sum->formulas, at);
+    kmp_machine_set(sum->formulas.machine, KMP_IN_ALONG, sum->weight);
+    return kmp_machine_run(sum->formulas.machine, 1);
+}
+
+/* -- second derivatives of a weighted sum: back from the sum, then forward ------------------------------------- */
 
 static bool derive_curvature(kmp_curvature *c, const kmp_equations *eq, const kmp_backend *backend,
                              const double *values)
@@ -739,7 +817,7 @@ kempe_status kmp_curvature_init(kmp_curvature *curvature, const kempe_system *sy
 {
     kmp_equations eq;
     kmp_events events;
-    const unsigned sets = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | (with_outputs ? KMP_SET_OUTPUT : 0u);
+    const unsigned sets = SETS_OF_EQUATIONS | (with_outputs ? KMP_SET_OUTPUT : 0u);
     const int state = 3 * system->n + system->m;
     *curvature = (kmp_curvature){.n = system->n, .m = system->m};
     KMP_TRY(derive_for_slopes(&eq, system, &events, sets));

@@ -88,6 +88,23 @@ void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, cons
 void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
                          const kmp_direction *gradient);
 
+/** Derivatives of a weighted sum of h, rate, curve (m each) and of the force (n), as in the rows of kmp_slopes, with
+ * respect to parameters. One program, derived once, from the sum back to all of them: at a few times the cost of the
+ * equations, whatever the number of parameters. */
+typedef struct kmp_slopes_sum {
+    kmp_formulas formulas;
+    int n, m, count;
+    double *weight; /* of the program: of h, rate, curve and the force, one after the other */
+} kmp_slopes_sum;
+
+/** `names` as of kmp_slopes_new. KEMPE_E_MEMORY, also KEMPE_E_ARGUMENT: as there. */
+kempe_status kmp_slopes_sum_init(kmp_slopes_sum *sum, const kempe_system *system, const kmp_backend *backend, int count,
+                                 const char *const *names);
+void kmp_slopes_sum_free(kmp_slopes_sum *sum);
+
+/** Evaluates them (count) with the weights of `weight`, valid until the next call. No allocation. */
+const double *kmp_slopes_sum_at(kmp_slopes_sum *sum, const kmp_instant *at);
+
 /** Second derivatives of the equations along two numeric directions, for the change of a motion near a state when state
  * and parameters change. One program, derived once,
  *

@@ -154,7 +154,7 @@ int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, 
     for (int i = 0; i < varied->n; i++)
         if (!isfinite(l->qdd[i]))
             return KMP_RETRY;
-    if (l->plain || varied->count == 0)
+    if (l->plain || varied->weighted || varied->count == 0)
         return KMP_GO;
     kmp_instant at = kmp_linear_instant(l);
     kmp_slopes_at(varied->slopes, &at);

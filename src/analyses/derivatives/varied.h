@@ -25,8 +25,10 @@ typedef struct kmp_sensitivity_equations {
     const kempe_system *system;
     kmp_arena arena;
     kmp_linear linear;
-    kmp_slopes *slopes; /* not owned */
-    int n, m, count;    /* parameters */
+    kmp_slopes *slopes;  /* not owned */
+    kmp_slopes_sum *sum; /* the same weighted, for integration backwards; NULL: none. Not owned */
+    bool weighted;       /* it takes the place of the slopes now */
+    int n, m, count;     /* parameters */
     int columns;  /* directions that are followed: count, unless the caller has others, which change no parameter */
     double *part; /* 3 m + n: the change of the equations by one parameter */
     double *held; /* columns x m: derivatives of the distances at which rows of friction are held; NULL: none is */

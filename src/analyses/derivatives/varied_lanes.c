@@ -73,7 +73,8 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
     KMP_TRY(kmp_motion_need(varied->system));
     const kmp_program *motion = varied->system->motion, *tangent = varied->linear.tangents.tangent.program,
-                      *slope = varied->slopes->equations.formulas.program;
+                      *slope = varied->sum ? NULL : varied->slopes->equations.formulas.program,
+                      *sum = varied->sum ? varied->sum->formulas.program : NULL;
     const kmp_evaluator *eval = varied->linear.eval;
     int n = W * varied->n, m = W * varied->m;
     const bool made = KMP_ARENA_MAKE(&lanes->arena,
@@ -85,19 +86,19 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
                                      KMP_ROOM(double, VECTORS *(3 * m + n), &lanes->h)) &&
                       kmp_stage_lanes_init(&lanes->motion, motion, eval) &&
                       kmp_stage_lanes_init(&lanes->tangent, tangent, eval) &&
-                      kmp_stage_lanes_init(&lanes->slope, slope, eval);
+                      kmp_stage_lanes_init(&lanes->slope, slope, eval) && kmp_stage_lanes_init(&lanes->sum, sum, eval);
     /* Counts the programs, which takes as long as some evaluations. */
     lanes->count_of_motion = kmp_program_count(motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     if (tangent)
         lanes->cycles_of_tangents += kmp_cycles_of_lanes(kmp_program_count(tangent, STAGE, STAGE), false);
-    if (slope)
-        lanes->cycles_of_tangents += kmp_cycles_of_lanes(kmp_program_count(slope, STAGE, STAGE), false);
+    if (slope || sum)
+        lanes->cycles_of_tangents += kmp_cycles_of_lanes(kmp_program_count(slope ? slope : sum, STAGE, STAGE), false);
     return kmp_made(varied->system->context, made);
 }
 
 KMP_CLEARS(kmp_varied_lanes, lanes, kmp_fused_lanes_free(&lanes->fused), kmp_stage_lanes_free(&lanes->motion),
            kmp_stage_lanes_free(&lanes->tangent), kmp_stage_lanes_free(&lanes->slope),
-           kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
+           kmp_stage_lanes_free(&lanes->sum), kmp_reduction_lanes_free(&lanes->red), kmp_arena_free(&lanes->arena))
 
 kempe_status kmp_varied_lanes_expect(kmp_varied_lanes *lanes, const int *wish, int wish_count)
 {
@@ -131,6 +132,7 @@ void kmp_varied_lanes_begin(kmp_varied_lanes *lanes)
     kmp_stage_lanes_take(&lanes->motion, eval);
     kmp_stage_lanes_take(&lanes->tangent, eval);
     kmp_stage_lanes_take(&lanes->slope, eval);
+    kmp_stage_lanes_take(&lanes->sum, eval);
     lanes->number = -1;
     lanes->lasted = KMP_FORMULATION_BRIEF;
     lanes->writings = 0;
@@ -461,20 +463,27 @@ static void add_block(const kmp_varied_lanes *x, kmp_tangent_block block, const 
     add_transposed(t->start[block + 1] - t->start[block], t->entry + t->start[block], d, count, from, out);
 }
 
-/* b = the derivatives by parameters, weighted, in the rows from `row` on of p. */
-static KMP_CLONES void put_parameters(const kmp_varied_lanes *x, const double *value, int p, int row, int count,
-                                      double *b)
+/* b = the derivatives by parameters, weighted, in the rows from `row` on. */
+static KMP_CLONES void put_parameters(const kmp_varied_lanes *x, int row, int count, double *b)
 {
     const kmp_slope_matrix *of = &x->v->slopes->equations;
-    const int rows = 3 * x->v->m + x->v->n; /* x->h, rate, curve and weights are one after the other */
+    const int p = x->red.p, rows = 3 * x->v->m + x->v->n; /* x->h, rate, curve and weights are one after the other */
     for (int k = 0; k < x->v->count; k++)
         for (int c = 0; c < count; c++) {
             kmp_eight sum = {0};
             for (int e = of->start[k]; e < of->start[k + 1]; e++)
                 if (of->entry[e].row < rows)
-                    sum += OF(x->h, of->entry[e].row * count + c) * OF(value, of->entry[e].source);
+                    sum += OF(x->h, of->entry[e].row * count + c) * OF(x->by, of->entry[e].source);
             AT(b, k * p + row + c) = sum;
         }
+}
+
+/* A program at the places of the last run. */
+static const double *run_there(kmp_varied_lanes *x, kmp_stage_lanes *program)
+{
+    kmp_lanes_set(program->lanes, KMP_IN_QDD, x->qdd);
+    kmp_lanes_set(program->lanes, KMP_IN_LAMBDA, x->lambda);
+    return kmp_stage_lanes_run(program, STAGE, x->t, x->q, x->qd);
 }
 
 /* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
@@ -486,15 +495,8 @@ static void differentiate(kmp_varied_lanes *x)
     kmp_reduction_lanes_pull(&x->red, 1, 1, x->force, x->lambda);
     for (int i = 0; i < x->red.r; i++)
         AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
-    kmp_lanes_set(x->tangent.lanes, KMP_IN_QDD, x->qdd);
-    kmp_lanes_set(x->tangent.lanes, KMP_IN_LAMBDA, x->lambda);
-    x->d = kmp_stage_lanes_run(&x->tangent, STAGE, x->t, x->q, x->qd);
-    x->by = NULL;
-    if (!x->slope.lanes)
-        return;
-    kmp_lanes_set(x->slope.lanes, KMP_IN_QDD, x->qdd);
-    kmp_lanes_set(x->slope.lanes, KMP_IN_LAMBDA, x->lambda);
-    x->by = kmp_stage_lanes_run(&x->slope, STAGE, x->t, x->q, x->qd);
+    x->d = run_there(x, &x->tangent);
+    x->by = x->slope.lanes ? run_there(x, &x->slope) : NULL;
 }
 
 /* Puts weights on columns of a (p) in rows from `row` on, of `count` vectors. */
@@ -549,7 +551,7 @@ static void find_rows(kmp_varied_lanes *x, int row, int count, double *a, double
         AT(x->w, (row + k) * count + k) -= 1;
     go_back(x, row, count, a);
     if (x->by && b)
-        put_parameters(x, x->by, p, row, count, b);
+        put_parameters(x, row, count, b);
 }
 
 int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
@@ -570,8 +572,10 @@ void kmp_varied_lanes_weigh(kmp_varied_lanes *x, const double *weights, double *
     for (int k = 0; k < x->red.p; k++)
         AT(x->w, k) = -OF(weights, k);
     go_back(x, 0, 1, NULL);
-    if (x->by)
-        put_parameters(x, x->by, 1, 0, 1, out);
-    else
+    if (!x->sum.lanes) {
         memset(out, 0, (size_t)(x->v->count * W) * sizeof *out);
+        return;
+    }
+    kmp_lanes_set(x->sum.lanes, KMP_IN_ALONG, x->h); /* and the other weights, which follow it */
+    memcpy(out, run_there(x, &x->sum), (size_t)(x->v->count * W) * sizeof *out);
 }

@@ -16,7 +16,7 @@
 typedef struct kmp_varied_lanes {
     kmp_sensitivity_equations *v;
     kmp_arena arena, choice;
-    kmp_stage_lanes motion, tangent, slope; /* programs */
+    kmp_stage_lanes motion, tangent, slope, sum; /* programs; of derivatives by parameters one of both */
     kmp_reduction_lanes red;
     kmp_fused_lanes fused;      /* for the present choice of u, where that is worth */
     long number;                /* of the choice of u that `red` has; -1: none */

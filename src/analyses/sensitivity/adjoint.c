@@ -20,6 +20,7 @@
 #include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
+#include "base/clock.h"
 #include "base/clones.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -289,13 +290,34 @@ static void weigh_target(adjoint *a, double *out)
                         &(kmp_direction){NULL, a->wq, a->wqd, a->wqdd, a->wlambda, out});
 }
 
+/* Adds the weights on parameters that follow from weights on the equations. */
+static void add_parameters(adjoint *a, double *out)
+{
+    kmp_sensitivity_equations *v = a->v;
+    const double *part[] = {a->back.h, a->back.rate, a->back.curve, a->back.force};
+    const kmp_instant at = kmp_linear_instant(&v->linear);
+    for (int i = 0; i < 3; i++)
+        memcpy(v->sum->weight + i * a->m, part[i], (size_t)a->m * sizeof(double));
+    memcpy(v->sum->weight + 3 * a->m, part[3], (size_t)a->n * sizeof(double));
+    const double *slope = kmp_slopes_sum_at(v->sum, &at);
+    bool finite = true;
+    for (int k = 0; k < a->count; k++)
+        finite = finite && isfinite(slope[k]);
+    if (!finite) { /* a derivative without weight may be none */
+        kmp_slopes_at(v->slopes, &at);
+        kmp_slopes_weighted(v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
+    }
+    for (int k = 0; finite && k < a->count; k++)
+        out[k] += slope[k];
+}
+
 static void add_back(adjoint *a, double *u, double *ud, double *out)
 {
     for (int i = 0; i < a->p; i++) {
         u[i] += a->back.u[i];
         ud[i] += a->back.ud[i];
     }
-    kmp_slopes_weighted(a->v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
+    add_parameters(a, out);
     for (int j = 0; j < a->held; j++)
         out[a->count + j] -= a->back.h[a->row[j]];
 }
@@ -936,9 +958,11 @@ kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forwar
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {
-        varied->linear.eval->inputs.held = true;
+        const double begin = kmp_cpu_now();
+        varied->linear.eval->inputs.held = varied->weighted = true;
         status = run_back(&a, known, report);
-        varied->linear.eval->inputs.held = false;
+        report->cpu_s = kmp_cpu_now() - begin;
+        varied->linear.eval->inputs.held = varied->weighted = false;
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }

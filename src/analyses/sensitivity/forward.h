@@ -105,6 +105,7 @@ double kmp_target_of_row(const kmp_forward_target *target, const kmp_sensitivity
 typedef struct kmp_adjoint_report {
     kmp_forward_report forward;
     long steps, rhs; /* backwards */
+    double cpu_s;    /* of them */
     size_t kept;     /* bytes of the motion */
     double value;
 } kmp_adjoint_report;

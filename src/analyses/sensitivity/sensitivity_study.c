@@ -440,9 +440,11 @@ static void put_json(kmp_text *text, const void *result)
         kmp_json_put(&json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end,
                      s->rtol, s->atol);
         kmp_convergence_json(&json, &s->again, s->again_name);
-        kmp_json_put(
-            &json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
-            s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards, s->kept);
+        kmp_json_put(&json,
+                     "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g backwards_s %g "
+                     "kept_bytes %g }",
+                     s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards,
+                     s->backwards_s, s->kept);
     }
     kmp_json_put(&json, "cpu_s %g parameters {", s->cpu_s);
     for (int k = 0; k < s->count; k++)

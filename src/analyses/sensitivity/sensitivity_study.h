@@ -48,6 +48,7 @@ struct kempe_sensitivity {
     kmp_convergence again; /* of integrated values */
     char *again_name;      /* of the number at its index */
     double backwards;      /* steps */
+    double backwards_s;    /* their processor time */
     double kept;           /* bytes */
     double again_s;        /* of the check */
     double build_s, cpu_s; /* a kind adds to the first the time of further derivation */

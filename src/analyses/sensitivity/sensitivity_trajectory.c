@@ -33,6 +33,7 @@ enum { WORTH_ADJOINT = 4 };
 typedef struct work {
     kempe_sensitivity *s;
     kmp_slopes *slopes;
+    kmp_slopes_sum sum; /* of the adjoint method */
     kmp_sensitivity_equations varied;
     kmp_varied_lanes lanes; /* of them, for the integrators that use these */
     kmp_run_spec spec;
@@ -121,6 +122,11 @@ static kempe_status prepare(work *w)
         }
     KMP_TRY(kmp_sensitivity_equations_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
+    if (w->adjoint) {
+        KMP_TRY(kmp_slopes_sum_init(&w->sum, s->system, kmp_backend_find(w->spec.backend), s->count,
+                                    (const char *const *)s->name));
+        w->varied.sum = &w->sum;
+    }
     bool lanes = kmp_solver_find(w->spec.integrator)->lanes && kmp_varied_lanes_can(&w->varied);
     if (lanes)
         KMP_TRY(kmp_varied_lanes_init(&w->lanes, &w->varied));
@@ -194,6 +200,7 @@ static kempe_status find_adjoint(work *w, const kmp_forward_target *target, bool
     w->report.run.rhs += report.rhs;
     if (!w->found) {
         s->backwards += (double)report.steps;
+        s->backwards_s += report.cpu_s;
         s->kept = fmax(s->kept, (double)report.kept);
     }
     return status;
@@ -335,20 +342,20 @@ static void free_work(work *w)
     kmp_times_free(&w->times);
     kmp_varied_lanes_free(&w->lanes);
     kmp_sensitivity_equations_free(&w->varied);
+    kmp_slopes_sum_free(&w->sum);
     kmp_slopes_free(w->slopes);
     kmp_arena_free(&w->arena);
 }
 
 static kempe_status find(kempe_sensitivity *s)
 {
-    work w = {.s = s};
-    double begin = kmp_cpu_now();
+    const char *method = s->options->method;
+    const bool many = s->options->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0 &&
+                      !kmp_model_has_samples(s->model) && s->model->delay_count == 0 && !s->system->switches;
+    work w = {.s = s, .adjoint = method ? strcmp(method, "adjoint") == 0 : many};
+    const double begin = kmp_cpu_now();
     kempe_status status = prepare(&w);
     s->build_s += kmp_cpu_now() - begin;
-    const char *method = s->options->method;
-    bool many = s->options->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0 &&
-                !kmp_model_has_samples(s->model) && s->model->delay_count == 0 && !s->system->switches;
-    w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK && w.adjoint)
         status = kmp_refuse_delays(s->model, "the adjoint method", "use the forward method");
