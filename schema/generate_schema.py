@@ -132,7 +132,8 @@ def force_element(kind):
     properties, wanted = {}, []
     for key, three, _, required, meaning in fields(kind):
         for name in ("torque", "force") if key == "effort" else (key,):
-            properties[name] = described(NUMBER_OR_THREE if three else NUMBER, meaning)
+            sided = kind == "FRICTION" and key in ("effort", "static", "mu", "mu_static")
+            properties[name] = described(NUMBER_OR_THREE if three else VALUES["number or two"] if sided else NUMBER, meaning)
         if required and key != "effort":
             wanted.append(key)
     if kind == "FRICTION":

@@ -16,9 +16,19 @@ KMP_LOCAL double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_e
     return x->change[e->slot + (int)role - KMP_ROLE_SENSE];
 }
 
-KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role)
+KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role,
+                                       double way)
 {
-    return e->contact ? 0 : kmp_friction_at(x, e, role);
+    if (e->unlimited * way > 0)
+        return INFINITY;
+    const kmp_role back = role == KMP_ROLE_LEVEL ? KMP_ROLE_LEVEL_BACK : KMP_ROLE_STATIC_BACK;
+    return e->contact ? 0 : kmp_friction_at(x, e, e->sides && way < 0 ? back : role);
+}
+
+KMP_LOCAL double kmp_friction_bound(const kmp_friction_run *x, const kmp_friction_element *e, double way)
+{
+    const double slip = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL, way), 0);
+    return fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC, way), slip);
 }
 
 KMP_LOCAL void kmp_friction_put(kmp_friction_run *x, const kmp_friction_element *e, kmp_role role, double input)

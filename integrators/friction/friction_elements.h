@@ -7,9 +7,14 @@
 /** The value of a role at the last measurement. */
 KMP_LOCAL double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role);
 
-/** The level of friction in slip (KMP_ROLE_LEVEL) or at rest (KMP_ROLE_STATIC); 0 for a contact, whose values of these
- * roles are its restitution and its coefficient of friction. */
-KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role);
+/** The level of friction in slip (KMP_ROLE_LEVEL) or at rest (KMP_ROLE_STATIC), against positive rates (way = 1) or
+ * negative ones (-1), INFINITY where it has no limit; 0 for a contact, whose values of these roles are its restitution
+ * and its coefficient of friction. */
+KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role,
+                                       double way);
+
+/** The largest friction at rest against these rates: the static level, at least the level, not negative. */
+KMP_LOCAL double kmp_friction_bound(const kmp_friction_run *x, const kmp_friction_element *e, double way);
 
 /** Sets the input of a role. */
 KMP_LOCAL void kmp_friction_put(kmp_friction_run *x, const kmp_friction_element *e, kmp_role role, double input);

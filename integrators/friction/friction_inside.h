@@ -47,6 +47,8 @@ typedef struct kmp_friction_element {
     bool broken;                   /* it slips in this decision */
     bool stays;                    /* held, and not connected with what this decision is about */
     bool loaded;                   /* its level depends on multipliers */
+    bool sides;                    /* its levels depend on the direction */
+    int unlimited;                 /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     bool tries;                    /* a message names it */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;
@@ -73,6 +75,7 @@ struct kmp_friction_run {
     int *partner;                          /* rest: the other component of slip in two directions; -1: none */
     double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
     double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
+    double *under;                         /* rest: as `upper`, of the negative force */
     double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
     double *room;                          /* kmp_disc_room(count) */
@@ -86,6 +89,7 @@ struct kmp_friction_run {
     int tried_modes;          /* combinations of modes that have been tried; 0: none */
     double growth;            /* of the level of element `most`, which a failure names */
     int most;
+    int locked;  /* an element that moves where it is without a limit; -1: none */
     bool loads;  /* some level depends on multipliers */
     bool spares; /* elements whose level depends on multipliers take no load */
     bool open;   /* levels do not settle: modes are tried */

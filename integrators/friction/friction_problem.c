@@ -8,6 +8,13 @@
 #include <math.h>
 #include <string.h>
 
+/* The level in slip against rates of one sign; one without a limit does not grow. */
+static double limited_level(const kmp_friction_run *x, const kmp_friction_element *e, double way)
+{
+    const double level = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL, way);
+    return level < INFINITY ? level : 0;
+}
+
 /* The growth of levels with friction at a state, and the element whose level grows most. No row is held afterwards. */
 static int friction_grow(kmp_friction_run *x, double t, const double *q, const double *qd, double *growth, int *most)
 {
@@ -18,17 +25,23 @@ static int friction_grow(kmp_friction_run *x, double t, const double *q, const d
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
     for (int i = 0; i < x->count; i++) {
-        x->tried[i] = kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL);
+        x->tried[i] = limited_level(x, &x->element[i], 1);
+        x->under[i] = limited_level(x, &x->element[i], -1);
         x->aside[i] = 0;
     }
     for (int j = 0; j < x->count; j++) {
         if (x->element[j].contact) /* its force is not friction */
             continue;
-        double unit = KMP_FRICTION_UNIT * (x->tried[j] > 0 ? x->tried[j] : 1); /* the sizes of reactions have kinks */
+        const double size = fmax(x->tried[j], x->under[j]);
+        double unit = KMP_FRICTION_UNIT * (size > 0 ? size : 1); /* the sizes of reactions have kinks */
         kmp_friction_set_given(x, &x->element[j], unit, 0);
         KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-        for (int i = 0; i < x->count; i++)
-            x->aside[i] += fabs(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL) - x->tried[i]) / unit;
+        for (int i = 0; i < x->count; i++) {
+            const kmp_friction_element *e = &x->element[i];
+            const double ahead = fabs(limited_level(x, e, 1) - x->tried[i]),
+                         back = fabs(limited_level(x, e, -1) - x->under[i]);
+            x->aside[i] += fmax(ahead, back) / unit;
+        }
         kmp_friction_set_given(x, &x->element[j], 0, 0);
     }
     for (int i = 0; i < x->count; i++) {
@@ -107,6 +120,7 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
         e->rubs = v > 0 ? 1 : -1;
     } else {
         kmp_friction_set_moving(x, e, v > 0 ? 1 : -1, rate);
+        x->locked = e->unlimited * v > 0 ? i : x->locked;
     }
 }
 
@@ -157,6 +171,7 @@ static void list_across(kmp_friction_run *x, int i, double rate)
 static void list_resting(kmp_friction_run *x, double rate)
 {
     x->rest = 0;
+    x->locked = -1;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         e->broken = e->implied = e->begins = e->stays = false;
@@ -276,7 +291,7 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
         bool none = e->implied &&
                     fabs(kmp_friction_at(x, e, KMP_ROLE_ACCELERATION)) <= KMP_FRICTION_STILL * e->size * rate * rate;
         x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
-        x->upper[i] = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL);
+        x->upper[i] = fmax(limited_level(x, e, 1), limited_level(x, e, -1));
     }
     if (!known)
         KMP_FRICTION_TRY(measure_inertia(x, t, q, qd, nonlinear));
@@ -315,13 +330,14 @@ static void set_bounds(kmp_friction_run *x)
 {
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
-        double slip = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0),
-               most = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), slip);
+        const double slip = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL, e->sense), 0);
+        const bool slips = e->broken && !(e->twin >= 0 && !e->rubs);
+        x->under[i] = slips ? slip : kmp_friction_bound(x, e, 1);
+        x->lower[i] = e->contact ? 0 : slips ? -e->sense * slip : -x->under[i];
         if (e->contact)
-            most = e->broken ? 0 : INFINITY;
-        bool slips = e->broken && !(e->twin >= 0 && !e->rubs);
-        x->lower[i] = e->contact ? 0 : slips ? -e->sense * slip : -most;
-        x->upper[i] = slips && !e->contact ? -e->sense * slip : most;
+            x->upper[i] = e->broken ? 0 : INFINITY;
+        else
+            x->upper[i] = slips ? -e->sense * slip : kmp_friction_bound(x, e, -1);
     }
 }
 
@@ -338,6 +354,10 @@ static int find_forces(kmp_friction_run *x, double t)
     x->cause = x->open ? KMP_FRICTION_ROUNDED : x->cause;
     if (outcome == KMP_BOX_FOUND || x->open)
         return 0;
+    for (int i = 0; i < x->rest; i++)
+        x->locked = x->element[x->which[i]].unlimited != 0 ? x->which[i] : x->locked;
+    if (outcome == KMP_BOX_UNBOUNDED && x->locked >= 0)
+        return x->site->fail(x->site->self, KMP_FRICTION_JAMMED, t);
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
 }
 
@@ -412,15 +432,29 @@ KMP_LOCAL double kmp_friction_rounding(const kmp_friction_run *x, int i)
     return KMP_FRICTION_ROUNDING * size;
 }
 
+/* The rest of the bounds of friction at rest beyond its force, and the larger one of them that is a limit. */
+static double left_of(const kmp_friction_run *x, int i)
+{
+    if (x->partner[i] >= 0)
+        return x->upper[i] - kmp_friction_size(x, i);
+    return fmin(x->upper[i] - x->f[i], x->under[i] + x->f[i]);
+}
+
+static double limit_of(const kmp_friction_run *x, int i)
+{
+    const double up = x->upper[i] < INFINITY ? fabs(x->upper[i]) : 0, down = x->under[i] < INFINITY ? x->under[i] : 0;
+    return x->element[x->which[i]].contact ? up : fmax(up, down);
+}
+
 /* True if what is left of the level of an element is rounding of what all elements can do to its acceleration. */
 static bool is_at_bound(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
     if (e->contact)
         return x->f[i] * x->d[i + i * x->rest] <= e->still && x->upper[i] > 0;
-    double all = 0, left = (x->upper[i] - kmp_friction_size(x, i)) * x->d[i + i * x->rest];
+    double all = 0, left = left_of(x, i) * x->d[i + i * x->rest];
     for (int j = 0; j < x->rest; j++)
-        all += x->upper[j] < INFINITY ? fabs(x->d[i + j * x->rest] * x->upper[j]) : 0;
+        all += fabs(x->d[i + j * x->rest] * limit_of(x, j));
     return left <= KMP_FRICTION_TIE * all && x->lower[i] < x->upper[i];
 }
 
@@ -447,7 +481,7 @@ static bool is_kept(const kmp_friction_run *x, int i)
         bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
         const kmp_friction_element *e = &x->element[x->which[k]];
         kept = kept || (k != i && one && !e->broken && !e->contact && !is_at_bound(x, k) &&
-                        x->upper[k] * x->d[k + k * n] > e->still);
+                        limit_of(x, k) * x->d[k + k * n] > e->still);
     }
     return kept;
 }
@@ -514,7 +548,7 @@ static bool is_allowed(const kmp_friction_run *x, int code)
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         int way = direction(e, code, k);
-        if ((e->contact && way < 0) || (e->rubs && way != e->rubs))
+        if ((e->contact && way < 0) || (e->rubs && way != e->rubs) || e->unlimited * way > 0)
             return false;
     }
     return true;
@@ -548,11 +582,14 @@ static bool is_consistent(kmp_friction_run *x, int code, double rate)
         double least = -KMP_FRICTION_STILL * e->size * rate * rate;
         int way = direction(e, code, k);
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
-        x->upper[k] = kmp_friction_level_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
-        double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
+        const kmp_role role = way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC;
+        x->upper[k] = kmp_friction_level_at(x, e, role, way ? way : -1);
+        x->under[k] = kmp_friction_level_at(x, e, role, way ? way : 1);
+        const double tie = e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE;
         if (e->rubs || (e->contact && !way && x->f[k] * x->d[k + k * x->rest] >= (e->fired ? e->still : 0)))
             continue;
-        if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
+        const bool holds = x->f[k] <= tie * x->upper[k] && -x->f[k] <= tie * x->under[k];
+        if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : !holds)
             return false;
     }
     return true;
@@ -663,6 +700,8 @@ static int friction_pose(kmp_friction_run *x, double t, const double *q, const d
     int decided = 0;
     bool known = false;
     list_resting(x, rate);
+    if (x->locked >= 0)
+        return x->site->fail(x->site->self, KMP_FRICTION_LOCKED, t);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     if (x->rest == 0)
         return 0;
@@ -747,6 +786,12 @@ static bool may_push(const kmp_friction_run *x, int i)
     return may;
 }
 
+/* A part of a level, which may be without a limit, as `part` may be. */
+static double part_of(double part, double level, double far)
+{
+    return !(level > 0) ? 0 : part < INFINITY && level < INFINITY ? part * level : far;
+}
+
 /* Finds the forces x->f within a part of the levels (INFINITY: any) that hold the elements that do not slip best. */
 static bool find_within(kmp_friction_run *x, double part)
 {
@@ -763,11 +808,10 @@ static bool find_within(kmp_friction_run *x, double part)
             x->tried[i] = pushes && !e->fired ? fmax(far, x->f[i]) : x->f[i];
             continue;
         }
-        bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
-        double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
-        double slip = -e->sense * fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
-        x->lower[i] = e->broken ? slip : -most;
-        x->tried[i] = e->broken ? slip : most;
+        const bool free = e->implied || (x->spares && e->loaded);
+        const double slip = -e->sense * fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL, e->sense), 0);
+        x->lower[i] = e->broken ? slip : free ? 0 : -part_of(part, x->under[i], far);
+        x->tried[i] = e->broken ? slip : free ? 0 : part_of(part, x->upper[i], far);
         x->f[i] = 0;
     }
     return kmp_friction_minimum(x, x->lower, x->tried) == KMP_BOX_FOUND;
@@ -788,8 +832,7 @@ static bool needs_none(kmp_friction_run *x)
     bool none = find_within(x, 0);
     for (int i = 0; none && i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
-        const bool levelled = !e->contact && x->upper[i] < INFINITY;
-        const double able = levelled ? fabs(x->d[i + i * x->rest]) * x->upper[i] : 0;
+        const double able = e->contact ? 0 : fabs(x->d[i + i * x->rest]) * limit_of(x, i);
         none = e->broken || fabs(x->y[i]) <= KMP_FRICTION_ROUNDING * able;
     }
     return none;
@@ -821,7 +864,7 @@ static double least_part(kmp_friction_run *x)
     double high = 0, low = 0;
     for (int i = 0; i < x->rest; i++)
         if (x->f[i] != 0 && !x->element[x->which[i]].broken)
-            high = fmax(high, kmp_friction_size(x, i) / x->upper[i]);
+            high = fmax(high, kmp_friction_size(x, i) / (x->f[i] < 0 ? x->under[i] : x->upper[i]));
     bool unique = high == 0 || !suffices(x, high * (1 - UNIQUE));
     for (int k = 0; !unique && k < MOST_HALVINGS; k++) {
         double part = (low + high) / 2;
@@ -863,8 +906,8 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
         KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         for (int i = 0; i < x->rest; i++) {
             const kmp_friction_element *e = &x->element[x->which[i]];
-            double level = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
-            x->upper[i] = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), level);
+            x->upper[i] = kmp_friction_bound(x, e, -1);
+            x->under[i] = kmp_friction_bound(x, e, 1);
         }
         double before = *part;
         *part = least_part(x);
@@ -877,9 +920,12 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
     /* Forces by element in place of by number among the elements at rest. */
     for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
-        bool rests = k >= 0 && x->which[k] == i;
-        x->f[i] = rests ? x->f[k] : 0;
-        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
+        const bool rests = k >= 0 && x->which[k] == i;
+        const double f = rests ? x->f[k] : 0;
+        x->upper[i] = !rests  ? fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC, 1), 0)
+                      : f < 0 ? x->under[k]
+                              : x->upper[k];
+        x->f[i] = f;
         k -= rests;
     }
     return 0;
@@ -890,7 +936,7 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
 /* That of a contact is its force, by which it can be relieved. */
 static double reserve(const kmp_friction_run *x, int i)
 {
-    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - kmp_friction_size(x, i);
+    return x->element[x->which[i]].contact ? x->f[i] : left_of(x, i);
 }
 
 /* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */

@@ -15,7 +15,9 @@ typedef enum kmp_friction_failure {
     KMP_FRICTION_FORCED,     /* closures force surfaces into each other */
     KMP_FRICTION_UNDECIDED,  /* rounding prevents a decision */
     KMP_FRICTION_IMPOSSIBLE, /* elements can neither slip nor stick */
-    KMP_FRICTION_ALTERNATES  /* modes change without an end */
+    KMP_FRICTION_ALTERNATES, /* modes change without an end */
+    KMP_FRICTION_LOCKED,     /* an element moves in the direction in which it holds without a limit */
+    KMP_FRICTION_JAMMED      /* closures turn an element into that direction, against any force */
 } kmp_friction_failure;
 
 /* Why elements can neither slip nor stick. */

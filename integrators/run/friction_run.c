@@ -419,6 +419,22 @@ static kempe_status fail_alternating(const kmp_runner *run, double t)
         at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, name_of(run, most), help);
 }
 
+static kempe_status fail_locked(const kmp_runner *run, bool jams, double t)
+{
+    const kmp_friction_run *x = run->sticking.friction;
+    const kmp_friction_element *e = &x->element[x->locked];
+    const char *side = e->unlimited > 0 ? "positive" : "negative";
+    if (jams)
+        return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                        "friction '%s' is unlimited against %s rates, and the closures turn it into this direction at "
+                        "t = %.9g s, with an impact that is not computed",
+                        name_of(run, e), side, t);
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "friction '%s' is unlimited against %s rates, but its rate is %.6g at t = %.9g s: it does not stop "
+                    "starts, impacts and jumps of rates",
+                    name_of(run, e), side, kmp_friction_at(x, e, KMP_ROLE_RATE), t);
+}
+
 static int fail(void *self, kmp_friction_failure failure, double t)
 {
     const kmp_runner *run = self;
@@ -427,6 +443,9 @@ static int fail(void *self, kmp_friction_failure failure, double t)
         return (int)fail_impossible(run, t);
     case KMP_FRICTION_ALTERNATES:
         return (int)fail_alternating(run, t);
+    case KMP_FRICTION_LOCKED:
+    case KMP_FRICTION_JAMMED:
+        return (int)fail_locked(run, failure == KMP_FRICTION_JAMMED, t);
     case KMP_FRICTION_FORCED:
         return (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
                              "the closures or drives press the surfaces of contacts into each other at t = %.9g s", t);
@@ -525,7 +544,9 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_fric
             element[count++] = (kmp_friction_element){.slot = k,
                                                       .contact = force->kind == KMP_FORCE_TOUCH,
                                                       .across = force->across,
-                                                      .loaded = kmp_force_lambda(force)};
+                                                      .loaded = kmp_force_lambda(force),
+                                                      .sides = kmp_force_has_sides(force),
+                                                      .unlimited = kmp_force_unlimited(force)};
     }
     for (int i = 0; i < count; i++) {
         const kmp_force *force = force_at(events, &element[i]);
@@ -571,12 +592,12 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     *none = count == 0;
     if (!x || !site || *none)
         return NULL;
-    if (!KMP_ARENA_MAKE(
-            a, KMP_ROOM(kmp_friction_element, count, &x->element, &x->kept_element),
-            KMP_ROOM(int, count, &x->which, &x->side, &x->partner, &x->rows),
-            KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
-            KMP_ROOM(double, kmp_disc_room(count), &x->room),
-            KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element, &x->kept_element),
+                        KMP_ROOM(int, count, &x->which, &x->side, &x->partner, &x->rows),
+                        KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
+                        KMP_ROOM(double, kmp_disc_room(count), &x->room),
+                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->under, &x->f, &x->y, &x->tried,
+                                 &x->aside, &x->found)))
         return NULL;
     *site = (kmp_friction_site){.self = run,
                                 .failed = KEMPE_E_FAILED,

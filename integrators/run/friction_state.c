@@ -150,8 +150,7 @@ static void take_views(kmp_friction_state *x, double t)
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &f->element[i];
         x->view[i].force = kmp_friction_at(f, e, KMP_ROLE_GIVEN);
-        x->view[i].largest =
-            fmax(kmp_friction_level_at(f, e, KMP_ROLE_STATIC), fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), 0));
+        x->view[i].largest = kmp_friction_bound(f, e, x->view[i].force > 0 ? -1 : 1);
         x->view[i].word = word_of(e);
         x->view[i].off = e->base >= 0 && f->element[e->base].stance == KMP_FRICTION_SLIPS;
         if (e->contact || e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)

@@ -498,6 +498,11 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         /* Rates, levels and forces of all elements that stick. */
         for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
             if (kmp_force_sticks(f)) {
+                if (kmp_force_has_sides(f))
+                    return kmp_fail(eq->context, KEMPE_E_ARGUMENT,
+                                    "friction '%s' has a level for each direction, and the sets level and holding have "
+                                    "one: a simulator (--simulator) has both",
+                                    f->name);
                 int e = eq->sticking.count++;
                 eq->sticking.slip[e] = value_of(eq, f, KMP_ROLE_RATE);
                 eq->sticking.level[e] = value_of(eq, f, KMP_ROLE_LEVEL);

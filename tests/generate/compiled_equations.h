@@ -36,7 +36,7 @@ static inline void fill(double *x, double size)
 /* Slip in one state, stick in the next, and a regularised one. */
 static inline void choose_modes(state *s, int k)
 {
-    enum { ROLES = KMP_ROLE_END - KMP_ROLE_SENSE };
+    enum { ROLES = KMP_ROLES_OF_ALL };
     static const double sense[STATES] = {-1, 0, 2}, held[STATES] = {0, 1, 0};
     for (int e = 0; ROLES * (e + 1) <= MOST; e++) {
         const double entries[KMP_MODE_ENTRIES_ACROSS] = {sense[(k + e) % STATES], held[(k + e) % STATES],
@@ -64,7 +64,7 @@ static inline void choose_states(void)
 /* The modes of a state as generated functions take them. */
 static inline const double *modes_of(const kmp_code_source *source, const state *s)
 {
-    enum { ROLES = KMP_ROLE_END - KMP_ROLE_SENSE };
+    enum { ROLES = KMP_ROLES_OF_ALL };
     static double modes[MOST];
     const int entries = source->mode_entries;
     for (int k = 0; k < entries * source->elements.count && k < MOST; k++)

@@ -35,7 +35,7 @@ static inline void take_modes(kmp_evaluator *eval, const state *s)
         for (const kmp_force *f = model->forces; events->condition[k].role && f != events->condition[k].of; f++)
             element += kmp_force_has_modes(f);
         if (events->condition[k].role)
-            eval->mode[k] = s->mode[element * (KMP_ROLE_END - KMP_ROLE_SENSE) + (int)events->condition[k].role - 1];
+            eval->mode[k] = s->mode[element * (KMP_ROLES_OF_ALL) + (int)events->condition[k].role - 1];
     }
     if (events->count > 0)
         kmp_eval_set_modes(eval, eval->mode);

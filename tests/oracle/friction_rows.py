@@ -103,29 +103,37 @@ class FrictionRows(Comparison):
             return np.linalg.norm(self.motion.wrench(loop, self.motion.lambdas[..., None])[:, :3, 0], axis=1)
         return self.across(self.number_of(item))
 
-    def levels(self, item):
-        keys, scope = item.keys["friction"], item.scope
+    def levels(self, item, way=1):
+        """The level and the bound at rest against rates of the sign `way`."""
+        scope = item.scope
+        keys = {key: value[way < 0] if isinstance(value, list) else value for key, value in item.keys["friction"].items()}
         if "mu" in keys:
             size = self.reaction(item, keys) * (scope.number(keys["radius"]) if "radius" in keys else 1.0)
             return scope.number(keys["mu"]) * size, scope.number(keys.get("mu_static", keys["mu"])) * size
         text = keys["torque"] if "torque" in keys else keys["force"]
+        if text == "unlimited":
+            return np.full(len(self.motion.t), np.inf), np.full(len(self.motion.t), np.inf)
         level = self.motion.environment(scope).value(text) + 0 * self.motion.t
         return level, np.maximum(scope.number(keys["static"]) if "static" in keys else level, level)
 
     def look_at(self, item):
         k = self.number_of(item)
         v, a, f = self.qd[:, k], self.motion.qdd[:, k], self.motion.friction[item.name]
-        level, most = self.levels(item)
-        level = level * (1 + 1e-5) if self.fault == "a larger level" else level
-        most = most / 2 if self.fault == "a smaller static level" else most
+        (level, most), (back, most_back) = self.levels(item, 1), self.levels(item, -1)
+        more, less = (1 + 1e-5 if self.fault == "a larger level" else 1), (0.5 if self.fault == "a smaller static level" else 1)
+        level, back, most, most_back = more * level, more * back, less * most, less * most_back
         a = a + 1e-3 * np.abs(self.qdd).max() if self.fault == "an acceleration at rest" else a
         v = {"rest taken as slip": np.where(v == 0, 1.0, v), "slip taken as rest": 0 * v}.get(self.fault, v)
         slips = np.abs(v) > SLIPS * max(np.abs(self.qd).max(), LEAST)
-        small = LAW * (1 + level.max())
-        self.expect(item, "does not have its level while it slips", slips, np.abs(f + level * np.sign(v)), small)
-        self.expect(item, "exceeds its static level at rest", ~slips, np.abs(f) - most, small)
+        small = LAW * (1 + max(x.max() for x in (level, back) if np.isfinite(x).all()))
+
+        def off(direction):
+            return np.abs(np.where(direction > 0, f + level, f - back))
+
+        self.expect(item, "does not have its level while it slips", slips, off(v), small)
+        self.expect(item, "exceeds its static level at rest", ~slips, np.maximum(f - most_back, -f - most), small)
         begins = ~slips & (np.abs(a) > RESTS * (1 + np.abs(self.qdd).max()))
-        self.expect(item, "is accelerated at rest without its level against it", begins, np.abs(f + level * np.sign(a)), small)
+        self.expect(item, "is accelerated at rest without its level against it", begins, off(a), small)
 
     def expect(self, item, words, where, off, allowed, kind="friction"):
         off = np.where(where, off, 0.0)
@@ -169,7 +177,8 @@ class FrictionRows(Comparison):
             self.complaints.append(f"the energy rises by {rise:.3g} of {size:.3g}")
         keys = [f.keys["friction"] for f in self.elements()]
         damped = any("damping" in f.keys.get("spring", {}) for f in self.mechanism.forces if isinstance(f.keys.get("spring"), dict))
-        if damped or self.stops() or any("mu" in k or "abs" in "".join(map(str, k.values())) for k in keys):
+        sided = any(isinstance(value, list) for k in keys for value in k.values())
+        if damped or sided or self.stops() or any("mu" in k or "abs" in "".join(map(str, k.values())) for k in keys):
             return
         work = sum(self.levels(f)[0] * self.way(self.number_of(f)) for f in self.elements())
         off = np.abs(energy[0] - energy - work).max()

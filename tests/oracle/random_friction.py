@@ -12,11 +12,11 @@ class Linkage:
 
     shapes, stream = SHAPES, ()
 
-    def __init__(self, seed, number, stops=True):
+    def __init__(self, seed, number, stops=True, sides=False):
         self.random = np.random.default_rng([seed, number, *self.stream])
         self.document = {"kempe": 1, "name": f"friction_{seed}_{number}", "ground": {"points": {}}, "bodies": {},
                          "loops": {}, "forces": {}, "start": {"q": {}, "hold": [], "qd": {}}}
-        self.rotates, self.kinds = {}, []
+        self.rotates, self.kinds, self.sided = {}, [], 0
         self.shape = self.shapes[self.random.integers(len(self.shapes))]
         self.document["gravity"] = [self.text(x) for x in self.draw_gravity()]
         self.make()
@@ -27,6 +27,9 @@ class Linkage:
         if stops:
             self.random = np.random.default_rng([seed, number, *self.stream, 1])
             forces += [f"{word}({name})" for name in self.add_stops() for word in ("force", "gap")]
+        if sides:
+            self.random = np.random.default_rng([seed, number, *self.stream, 2])
+            self.take_sides()
         self.document["run"] = {"t_end": 10, "outputs": ["q", "qd", "qdd", "lambda", *forces]}
 
     def make(self):
@@ -150,6 +153,28 @@ class Linkage:
                 if self.chance(0.3):
                     keys["damping"] = self.text(self.number(0.01, 0.1))
                 self.document["forces"][f"k_{name}"] = {"joint": name, "spring": keys}
+
+    def take_sides(self):
+        """A level for each direction, of half of the elements; of some only one has a limit."""
+        for name, force in self.document["forces"].items():
+            keys = force.get("friction")
+            if not keys or self.chance(0.5):
+                continue
+            word = next(word for word in ("mu", "torque", "force") if word in keys)
+            factor = self.number(0.2, 2)
+            both = [f"{self.text(factor)}*({keys[word]})", keys[word]]
+            for static in ("static", "mu_static"):
+                if static in keys:
+                    keys[static] = [self.text(factor * float(keys[static])), keys[static]]
+            if self.chance(0.15) and "mu" not in keys:
+                both[0] = "unlimited"
+                if "static" in keys:
+                    keys["static"] = keys["static"][1]
+            keys[word] = both if self.chance(0.5) else both[::-1]
+            for static in ("static", "mu_static"):
+                if isinstance(keys.get(static), list) and keys[word] != both:
+                    keys[static] = keys[static][::-1]
+            self.sided += 1
 
     def kind_of(self, joint):
         return KINDS[self.random.integers(len(KINDS))]

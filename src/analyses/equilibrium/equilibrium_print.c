@@ -165,7 +165,10 @@ static void put_effort(kmp_text *text, const kempe_equilibrium *e, const kmp_for
     const bool turns =
         element->motion >= 0 ? model->motions[element->motion].rotation : element->turns || element->touch.turns;
     const kmp_shown as = kmp_shown_as(model->context, turns ? "N m" : "N");
-    kmp_text_printf(text, "  %12.6g %-6s", as.factor * kmp_print_clean(x, noise), as.unit);
+    if (isinf(x))
+        kmp_text_printf(text, "  %12s %-6s", "unlimited", "");
+    else
+        kmp_text_printf(text, "  %12.6g %-6s", as.factor * kmp_print_clean(x, noise), as.unit);
 }
 
 /* Contacts and friction. */
@@ -185,7 +188,8 @@ static void show_elements(kmp_text *text, const kempe_equilibrium *e, const kmp_
         kmp_text_printf(text, "  %s\n", kmp_contact_text(c->word));
     }
     for (int i = 0; i < b->friction_count; i++)
-        noise = fmax(noise, KMP_PRINT_NOISE * b->friction[i].largest);
+        noise = fmax(noise, KMP_PRINT_NOISE *
+                                (isinf(b->friction[i].largest) ? fabs(b->friction[i].force) : b->friction[i].largest));
     if (b->friction_count > 0)
         kmp_text_printf(text, "\nfriction   %-16s  %12s         %12s         %8s\n", "", "force", "largest", "part");
     for (int i = 0; i < b->friction_count; i++) {

@@ -101,8 +101,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
         double at = kmp_friction_at(f, e, KMP_ROLE_PLACE);
-        bool level =
-            fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), kmp_friction_level_at(f, e, KMP_ROLE_STATIC)) > 0;
+        const bool level = fmax(kmp_friction_bound(f, e, 1), kmp_friction_bound(f, e, -1)) > 0;
         bool wanted = !state->view[i].off && (which ? which[i] : level || run->sticking.loaded);
         if (e->contact)
             continue;

@@ -20,7 +20,8 @@ int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
     if (first >= 0 || !tree->conditions.events || tree->conditions.settled)
         return first;
     first = tree->conditions.events->count;
-    for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
+    const int roles = kmp_force_has_sides(force) ? KMP_ROLE_END - KMP_ROLE_SENSE : KMP_ROLES_OF_ALL;
+    for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_SENSE + roles; role++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
         const kmp_condition condition = {
@@ -115,20 +116,57 @@ kmp_input_kind kmp_friction_slopes_of(const kmp_tree *tree, const kmp_force *for
     return placed ? KMP_IN_Q : KMP_IN_QD;
 }
 
-kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force)
+/* A law, or its part against rates of one sign. Without a limit it has no value: zero. */
+static kmp_ref side_of(const kmp_tree *tree, const kmp_expr *law, bool back)
+{
+    const kmp_expr *side = law->kind != KMP_EXPR_SIDES ? law : back ? law->b : law->a;
+    return kmp_expr_is_unlimited(side) ? KMP_ZERO : kmp_tree_expression(tree, side);
+}
+
+/* The level in slip against positive rates, or against negative ones. */
+static kmp_ref level_of(const kmp_tree *tree, const kmp_force *force, bool back)
 {
     if (force->contact > 0)
         return kmp_mul(tree->graph, kmp_tree_number(tree, &force->level),
                        kmp_touch_push(tree, &tree->model->forces[force->contact - 1]));
-    return force->effort ? kmp_tree_expression(tree, force->effort) : kmp_tree_number(tree, &force->level);
+    return force->effort ? side_of(tree, force->effort, back) : kmp_tree_number(tree, &force->level);
 }
 
-static kmp_ref static_level(const kmp_tree *tree, const kmp_force *force)
+static kmp_ref level_ahead(const kmp_tree *tree, const kmp_force *force)
+{
+    return level_of(tree, force, false);
+}
+
+static kmp_ref level_back(const kmp_tree *tree, const kmp_force *force)
+{
+    return level_of(tree, force, true);
+}
+
+kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force)
+{
+    const kmp_ref ahead = level_ahead(tree, force), back = level_back(tree, force);
+    const int unlimited = kmp_force_unlimited(force); /* it does not slip in this direction */
+    if (ahead == back || unlimited != 0)
+        return unlimited > 0 ? back : ahead;
+    return kmp_select(tree->graph, kmp_less(tree->graph, KMP_ZERO, kmp_friction_sense(tree, force)), ahead, back);
+}
+
+/* The static level, likewise. */
+static kmp_ref static_level_of(const kmp_tree *tree, const kmp_force *force, bool back)
 {
     if (!force->has_static)
-        return kmp_friction_level(tree, force);
-    return force->holding_effort ? kmp_tree_expression(tree, force->holding_effort)
-                                 : kmp_tree_number(tree, &force->holding);
+        return level_of(tree, force, back);
+    return force->holding_effort ? side_of(tree, force->holding_effort, back) : kmp_tree_number(tree, &force->holding);
+}
+
+static kmp_ref static_ahead(const kmp_tree *tree, const kmp_force *force)
+{
+    return static_level_of(tree, force, false);
+}
+
+static kmp_ref static_back(const kmp_tree *tree, const kmp_force *force)
+{
+    return static_level_of(tree, force, true);
 }
 
 static kmp_ref is_regularised(const kmp_tree *tree, const kmp_force *force)
@@ -243,6 +281,19 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
+/* The rest of a multiple of the static levels beyond a force. */
+static kmp_ref rest_of(const kmp_tree *tree, const kmp_force *force, kmp_ref multiple, kmp_ref f)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_ref ahead = kmp_mul(g, multiple, static_ahead(tree, force)),
+                  back = kmp_mul(g, multiple, static_back(tree, force));
+    const int unlimited = kmp_force_unlimited(force);
+    if (ahead == back && unlimited == 0)
+        return kmp_sub(g, ahead, kmp_unary(g, KMP_OP_ABS, f));
+    const kmp_ref down = kmp_add(g, ahead, f), up = kmp_sub(g, back, f);
+    return unlimited > 0 ? up : unlimited < 0 ? down : kmp_binary(g, KMP_OP_MIN, up, down);
+}
+
 /* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
  * If the given force is the level itself, rounding must not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
@@ -263,12 +314,10 @@ static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
         }
         return left;
     }
-    kmp_ref most = static_level(tree, force), given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN);
-    kmp_ref size = kmp_unary(g, KMP_OP_ABS, kmp_tree_multiplier(tree, force->closure, 0));
-    kmp_ref slack = kmp_const(g, 1 + KMP_FRICTION_SLACK);
-    kmp_ref keeps = kmp_sub(g, kmp_mul(g, slack, most), kmp_unary(g, KMP_OP_ABS, given));
-    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_sub(g, most, size),
-                      kmp_select(g, given, keeps, KMP_ONE));
+    const kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slack = kmp_const(g, 1 + KMP_FRICTION_SLACK);
+    const kmp_ref held = rest_of(tree, force, KMP_ONE, kmp_tree_multiplier(tree, force->closure, 0));
+    const kmp_ref keeps = rest_of(tree, force, slack, given);
+    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), held, kmp_select(g, given, keeps, KMP_ONE));
 }
 
 /* -- rigid contacts ------------------------------------------------------------------------------------ */
@@ -341,7 +390,8 @@ kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition)
         [KMP_ROLE_SENSE] = rate_ahead,         [KMP_ROLE_HELD] = reserve,
         [KMP_ROLE_PLACE] = kmp_friction_place, [KMP_ROLE_GIVEN] = kmp_friction_force,
         [KMP_ROLE_RATE] = kmp_friction_rate,   [KMP_ROLE_ACCELERATION] = acceleration,
-        [KMP_ROLE_LEVEL] = kmp_friction_level, [KMP_ROLE_STATIC] = static_level};
+        [KMP_ROLE_LEVEL] = level_ahead,        [KMP_ROLE_STATIC] = static_ahead,
+        [KMP_ROLE_LEVEL_BACK] = level_back,    [KMP_ROLE_STATIC_BACK] = static_back};
     const kmp_force *force = condition->of;
     return force->kind == KMP_FORCE_TOUCH ? touch_value(tree, condition) : values[condition->role](tree, force);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dry friction that sticks: a force f against the rate of a place (a coordinate, or an expression of coordinates), of
- * at most the static level while the rate is zero, and of the level while it slips. Its mode is held during a step by
+ * at most the static level while the rate is zero, and of the level while it slips. Both may depend on the direction:
+ * -L+ where the rate is positive, L- where it is negative, within -S+ and S- at rest. Its mode is held during a step by
  * inputs of the roles of kmp_role. In slip f = -sense level. In stick it is the multiplier of a row of J, or, where
  * other rows imply that row, a given force. A run decides on modes (integrators/run/friction_run.h).
  *
@@ -55,7 +56,7 @@ kmp_input_kind kmp_friction_slopes_of(const kmp_tree *tree, const kmp_force *for
  * place. A way around a cylinder starts again at each turn; its sine over one does not. */
 kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force);
 
-/** The level of the friction in slip. */
+/** The level of the friction in slip, in its direction. */
 kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force);
 
 /** The direction of slip: its input, or in place the sign of the rate. */

@@ -15,8 +15,13 @@ typedef enum kmp_role {
     KMP_ROLE_ACCELERATION, /* value: second rate of the place */
     KMP_ROLE_LEVEL,        /* value: size of the friction in slip; of a contact: e of Newton's law */
     KMP_ROLE_STATIC,       /* value: bound of the friction in stick; of a contact: the coefficient of its friction */
+    KMP_ROLE_LEVEL_BACK,   /* both against negative rates, where these levels differ from the ones above; other */
+    KMP_ROLE_STATIC_BACK,  /* elements do not have these conditions */
     KMP_ROLE_END
 } kmp_role;
+
+/** The number of roles that each element has. */
+enum { KMP_ROLES_OF_ALL = KMP_ROLE_LEVEL_BACK - KMP_ROLE_SENSE };
 
 /** A given force that exceeds the static level by less than this part does not. */
 #define KMP_FRICTION_SLACK 1e-9

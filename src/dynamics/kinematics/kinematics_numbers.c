@@ -494,6 +494,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_RATE:
         return tree_rate(tree, e->a);
     case KMP_EXPR_CUT:
+    case KMP_EXPR_SIDES: /* friction_modes.c takes one of them */
         return kmp_tree_expression(tree, e->a);
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));

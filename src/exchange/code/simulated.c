@@ -413,7 +413,7 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     kmp_friction_element *element = KMP_ARENA_NEW(&source->arena, kmp_friction_element, count);
     if (!element || !KMP_ARENA_MAKE(&source->arena,
                                     KMP_ROOM(int, count, &f->slot, &f->row, &f->base, &f->across, &f->twin, &f->loaded,
-                                             &f->contact),
+                                             &f->sides, &f->unlimited, &f->contact),
                                     KMP_ROOM(double, count, &f->size, &f->regularise)))
         return kmp_fail_memory(source->context);
     kmp_friction_list(system, events, element);
@@ -424,6 +424,8 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
         f->across[i] = element[i].across;
         f->twin[i] = element[i].twin;
         f->loaded[i] = element[i].loaded;
+        f->sides[i] = element[i].sides;
+        f->unlimited[i] = element[i].unlimited;
         f->contact[i] = element[i].contact;
         f->contacts += element[i].contact;
         f->size[i] = element[i].size;

@@ -39,7 +39,7 @@ struct kmp_simulated {
     bool early;                      /* conditions depend on neither accelerations nor multipliers */
     int friction_count;              /* elements of friction that sticks and of contacts: kempe_simulator.h */
     struct kmp_simulated_friction {
-        int *slot, *row, *base, *across, *twin, *loaded, *contact;
+        int *slot, *row, *base, *across, *twin, *loaded, *sides, *unlimited, *contact;
         double *size, *regularise;
         int contacts, rolls; /* rigid contacts; rows between rates */
         bool loads, driven;

@@ -230,13 +230,16 @@ static void put_friction(kmp_text *text, const kmp_code_source *s)
     put_ints(text, "friction_across", count, f->across);
     put_ints(text, "friction_twin", count, f->twin);
     put_ints(text, "friction_loaded", count, f->loaded);
+    put_ints(text, "friction_sides", count, f->sides);
+    put_ints(text, "friction_unlimited", count, f->unlimited);
     put_ints(text, "friction_contact", count, f->contact);
     put_doubles(text, "friction_size", count, f->size);
     put_doubles(text, "friction_regularise", count, f->regularise);
     kmp_text_printf(
         text,
         "static const kempe_friction friction = {%d, friction_slot, friction_row, friction_base,\n"
-        "    friction_across, friction_twin, friction_loaded, friction_size, friction_regularise, %d,\n"
+        "    friction_across, friction_twin, friction_loaded, friction_sides, friction_unlimited,\n"
+        "    friction_size, friction_regularise, %d,\n"
         "    friction_contact, %d, %d, %d,\n"
         "    kempe_friction_begin, kempe_friction_note, kempe_friction_let_go, kempe_friction_settle%s};\n\n",
         count, f->loads, f->contacts, f->driven, f->rolls,

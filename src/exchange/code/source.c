@@ -45,9 +45,9 @@ int kmp_argument_of(const kmp_program_input *input)
 
 int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input)
 {
-    const int roles = KMP_ROLE_END - KMP_ROLE_SENSE, index = (int)input->index;
+    const int index = (int)input->index;
     if (input->kind == KMP_IN_MODE && !source->simulator)
-        return source->mode_entries * (index / roles) + index % roles;
+        return source->mode_entries * (index / KMP_ROLES_OF_ALL) + index % KMP_ROLES_OF_ALL;
     return index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
 }
 

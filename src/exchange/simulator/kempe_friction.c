@@ -56,6 +56,8 @@ void kempe_friction_begin(const kempe_friction *friction, double *kept)
         e->across = friction->across[i];
         e->twin = friction->twin[i];
         e->loaded = friction->loaded[i] != 0;
+        e->sides = friction->sides[i] != 0;
+        e->unlimited = friction->unlimited[i];
         e->contact = friction->contact[i] != 0;
     }
 }
@@ -78,7 +80,7 @@ int kempe_friction_settle(const kempe_friction *friction, double *kept, double *
 {
     kmp_friction_run x = run_in(friction, kept, site);
     const int n = friction->elements;
-    double **const arrays[] = {&x.a, &x.lower, &x.upper, &x.f, &x.y, &x.tried, &x.aside, &x.found};
+    double **const arrays[] = {&x.a, &x.lower, &x.upper, &x.under, &x.f, &x.y, &x.tried, &x.aside, &x.found};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         *arrays[k] = take_room(&room, n);
     x.which = take_indices(&room, n);

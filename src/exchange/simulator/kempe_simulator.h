@@ -130,11 +130,13 @@ struct kmp_impact_site;
  * need. */
 typedef struct kempe_friction {
     int elements;
-    const int *slot;          /* the first of its eight conditions */
+    const int *slot;          /* the first of its conditions: eight, or ten with `sides` */
     const int *row;           /* of h */
     const int *base;          /* friction of a contact: the element of the contact; -1: none */
     const int *across, *twin; /* 1 and 2: components of slip in two directions, and the other one; 0 and -1: none */
     const int *loaded;        /* 1 where its level depends on multipliers */
+    const int *sides;         /* 1 where its levels depend on the direction */
+    const int *unlimited;     /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     const double *size;       /* of its place */
     const double *regularise; /* a speed by which it may be regularised; 0: it may not */
     int loads;                /* 1 where levels depend on multipliers, or forces on contacts */

@@ -169,7 +169,9 @@ static int fail(void *self, kmp_friction_failure failure, double t)
         [KMP_FRICTION_FORCED] = "the closures or drives press the surfaces of contacts into each other",
         [KMP_FRICTION_UNDECIDED] = "no state of slip and stick is found",
         [KMP_FRICTION_IMPOSSIBLE] = "it can neither slip nor stick; reduce it, or regularise it with a 'speed'",
-        [KMP_FRICTION_ALTERNATES] = "slip and stick change without an end; regularise it with a 'speed'"};
+        [KMP_FRICTION_ALTERNATES] = "slip and stick change without an end; regularise it with a 'speed'",
+        [KMP_FRICTION_LOCKED] = "it moves in the direction in which it is unlimited",
+        [KMP_FRICTION_JAMMED] = "closures turn it into the direction in which it is unlimited"};
     decider *d = self;
     const kempe_simulator *s = d->s;
     const bool more = s->equations->friction->elements > 1;

@@ -5,6 +5,7 @@
 #include "model/data/place.h"
 #include "model/data/touch.h"
 #include "model/language/expression.h"
+#include <math.h>
 #include <stdbool.h>
 
 /* The rows of force_kinds.def. */
@@ -57,6 +58,27 @@ typedef struct kmp_force {
 static inline bool kmp_force_sticks(const kmp_force *force)
 {
     return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
+}
+
+/** True for a level of friction without limit. */
+static inline bool kmp_expr_is_unlimited(const kmp_expr *level)
+{
+    return level && level->kind == KMP_EXPR_NUMBER && isinf(level->value);
+}
+
+/** True for friction whose levels depend on the direction; and where its level is without limit: 1 against positive
+ * rates, -1 against negative ones, 0 nowhere. */
+static inline bool kmp_force_has_sides(const kmp_force *force)
+{
+    const kmp_expr *level = force->effort, *holding = force->holding_effort;
+    return (level && level->kind == KMP_EXPR_SIDES) || (holding && holding->kind == KMP_EXPR_SIDES);
+}
+
+static inline int kmp_force_unlimited(const kmp_force *force)
+{
+    const kmp_expr *level = force->effort;
+    const bool sides = level && level->kind == KMP_EXPR_SIDES;
+    return sides ? kmp_expr_is_unlimited(level->a) - kmp_expr_is_unlimited(level->b) : 0;
 }
 
 /** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. */

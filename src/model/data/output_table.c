@@ -214,7 +214,8 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
             return k > 0 ? "m" : force->turns ? "N m" : "N";
         bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
                       : force->motion >= 0                  ? model->motions[force->motion].rotation
-                                           : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
+                      : force->sliding                      ? force->turns
+                                       : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
         return torque ? "N m" : "N";
     }
     if (output->kind == KMP_OUTPUT_SECTION)

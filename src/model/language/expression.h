@@ -38,7 +38,9 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_PLACE,    /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
     KMP_EXPR_MEASURE,  /* measure, number of its component */
     KMP_EXPR_RATE,     /* the derivative of a by t along the motion */
-    KMP_EXPR_CUT       /* a, the coordinate of a cut joint as a function of the others; measure: as it is written */
+    KMP_EXPR_CUT,      /* a, the coordinate of a cut joint as a function of the others; measure: as it is written */
+    KMP_EXPR_SIDES     /* levels of friction: a while its rate is positive, b while it is negative; an infinite number:
+                        * without limit. One of them is evaluated at a time */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */

@@ -2,6 +2,7 @@
 /* Expressions as text that reads back to the same tree, with the fewest parentheses. */
 #include "model/language/expression_print.h"
 #include "model/language/expression.h"
+#include <math.h>
 
 /* Precedence of a node: a node of lower precedence than its position requires is put in parentheses. */
 enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };
@@ -60,7 +61,10 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     static const char *const places[] = {"x", "y", "z", "depth", "rate", "impact", "slip"};
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
-        kmp_text_number(text, expr->value);
+        if (isinf(expr->value))
+            kmp_text_put(text, "unlimited");
+        else
+            kmp_text_number(text, expr->value);
         break;
     case KMP_EXPR_PARAMETER:
         kmp_text_put(text, kmp_name_at(names->parameters, expr->index));
@@ -96,6 +100,13 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     case KMP_EXPR_MEASURE:
     case KMP_EXPR_CUT:
         print_measure(text, expr->measure, expr->number);
+        break;
+    case KMP_EXPR_SIDES:
+        kmp_text_put(text, "[");
+        print_within(text, expr->a, names, BIND_SUM);
+        kmp_text_put(text, ", ");
+        print_within(text, expr->b, names, BIND_SUM);
+        kmp_text_put(text, "]");
         break;
     case KMP_EXPR_RATE:
         kmp_text_put(text, "rate(");

@@ -42,7 +42,7 @@ static void warn_of_directions(const kempe_model *model)
             (jumps_by_direction(f->effort) || jumps_by_direction(f->holding_effort)))
             kmp_log(model->context, KEMPE_LOG_WARNING,
                     "friction '%s': its level depends on the direction of motion, but at rest the level at zero "
-                    "velocity acts both ways (not a capstan); give it a 'speed'",
+                    "velocity acts both ways. Give a list of two levels",
                     f->name);
 }
 

@@ -11,6 +11,7 @@
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
 #include "model/read/reading.h"
+#include <math.h>
 #include <string.h>
 
 static const kmp_key force_keys[] = {
@@ -89,6 +90,73 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
+/* A level of friction, or a coefficient, that is read. */
+typedef struct level_reading {
+    kmp_reader *r;
+    const char *name;
+    kmp_dimension dimension;
+    const kmp_expr *reaction, *radius; /* factors of a coefficient; NULL: none */
+    bool bounded;                      /* it has a limit in both directions */
+} level_reading;
+
+static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
+{
+    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b};
+    return e;
+}
+
+/* A level, or a coefficient times a reaction, and times a radius if there is one. */
+static const kmp_expr *read_one_level(const level_reading *x, const kmp_yaml *node)
+{
+    const kmp_expr *level = kmp_read_expr(x->r, node, x->name, x->dimension, KMP_OF_LOADS);
+    if (!level || !x->reaction)
+        return level;
+    level = product(x->r, level, x->reaction);
+    return x->radius && level ? product(x->r, x->radius, level) : level;
+}
+
+/* The level against rates of one sign. */
+static const kmp_expr *read_side(const level_reading *x, const kmp_yaml *node)
+{
+    if (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "unlimited") != 0) {
+        const kmp_expr *level = read_one_level(x, node);
+        const kmp_expr *factor = level && x->radius ? level->b : level;
+        factor = factor && x->reaction ? factor->a : factor;
+        const bool constant = factor && kmp_expr_is_constant(factor);
+        const double value = constant ? kmp_expr_value(factor, x->r->parameter_values) : 0;
+        return kmp_check_rule(x->r, node, x->name, KMP_FIELD_NOT_NEGATIVE, value, "") ? level : NULL;
+    }
+    kmp_expr *none = KMP_ARENA_NEW(&x->r->model->arena, kmp_expr, 1);
+    if (x->bounded)
+        kmp_reader_complain(x->r, node->place, "%s: a static level has a limit; make the level itself unlimited",
+                            x->name);
+    else if (none)
+        *none = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = INFINITY};
+    return x->bounded ? NULL : none;
+}
+
+/* A level, or a list of one against positive rates and one against negative ones. */
+static const kmp_expr *read_levels(const level_reading *x, const kmp_yaml *node)
+{
+    if (!node || node->kind != KMP_YAML_LIST)
+        return node ? read_one_level(x, node) : NULL;
+    if (node->count != 2) {
+        kmp_reader_complain(x->r, node->place,
+                            "%s: a list has two levels: against positive rates, and against negative ones", x->name);
+        return NULL;
+    }
+    const kmp_expr *a = read_side(x, node->items[0]), *b = read_side(x, node->items[1]);
+    kmp_expr *sides = KMP_ARENA_NEW(&x->r->model->arena, kmp_expr, 1);
+    if (!a || !b || !sides)
+        return NULL;
+    if (kmp_expr_is_unlimited(a) && kmp_expr_is_unlimited(b))
+        kmp_reader_complain(x->r, node->place, "%s: only one direction may be unlimited; use a lock", x->name);
+    *sides = (kmp_expr){.kind = KMP_EXPR_SIDES, .a = a, .b = b};
+    return sides;
+}
+
 /* Reads the level of a friction force if it is an expression. false: the level is a number, which the caller reads. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
@@ -98,8 +166,9 @@ static bool is_law(const element *e, const kmp_force_field *field, const kmp_yam
         return false;
     if (kmp_name_find(KMP_NAMES_OF(by_reaction), field->key) >= 0)
         return true; /* read_reaction */
-    const kmp_expr *law = kmp_read_expr(e->r, node, name, dimension_of(e, field), KMP_OF_LOADS);
-    if (law && kmp_expr_is_constant(law))
+    const level_reading reading = {.r = e->r, .name = name, .dimension = dimension_of(e, field), .bounded = !level};
+    const kmp_expr *law = read_levels(&reading, node);
+    if (law && law->kind != KMP_EXPR_SIDES && kmp_expr_is_constant(law))
         return false;
     *(level ? &e->force->effort : &e->force->holding_effort) = law;
     return true;
@@ -128,24 +197,18 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
     }
 }
 
-static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
-{
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b};
-    return e;
-}
-
-/* A coefficient times a reaction, and times a radius if there is one. */
+/* Coefficients times a reaction, and times a radius if there is one. */
 static const kmp_expr *read_coefficient(const element *e, const kmp_yaml *map, const char *what, const char *key,
                                         const kmp_expr *reaction, const kmp_expr *radius)
 {
-    const char *name = kmp_reader_say(e->r, "the %s of %s", key, what);
-    const kmp_expr *mu = kmp_read_expr(e->r, kmp_yaml_get(map, key), name, KMP_DIM_NUMBER, KMP_OF_LOADS);
-    if (!mu || !reaction)
-        return NULL;
-    const kmp_expr *level = product(e->r, mu, reaction);
-    return radius && level ? product(e->r, radius, level) : level;
+    const level_reading reading = {.r = e->r,
+                                   .name = kmp_reader_say(e->r, "the %s of %s", key, what),
+                                   .dimension = KMP_DIM_NUMBER,
+                                   .reaction = reaction,
+                                   .radius = radius,
+                                   .bounded = strcmp(key, "mu_static") == 0};
+    const kmp_expr *level = read_levels(&reading, kmp_yaml_get(map, key));
+    return reaction ? level : NULL;
 }
 
 /* Levels by a coefficient and a reaction. */
@@ -199,7 +262,14 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
     if (force->has_speed && force->has_static)
         kmp_reader_complain(e->r, map->place,
                             "%s: friction with a speed has no static level, because it does not stick", e->what);
+    if (force->has_speed && kmp_force_has_sides(force))
+        kmp_reader_complain(e->r, map->place,
+                            "%s: friction with a speed has one level for both directions, because it does not stick; "
+                            "use a level with if(qd(..) > 0, ..)",
+                            e->what);
     force->has_regularise = kmp_yaml_get(map, "regularise");
+    if (force->has_regularise && kmp_force_unlimited(force) != 0)
+        kmp_reader_complain(e->r, map->place, "%s: unlimited friction cannot be regularised", e->what);
     if (force->has_speed && force->has_regularise)
         kmp_reader_complain(e->r, map->place, "%s: friction with a speed is regularised at all times", e->what);
     if (force->has_speed)
