@@ -37,7 +37,7 @@ class Held:
 
     def __init__(self, k, level=None, static=None, upper=None, restitution=0.0):
         self.k, self.upper, self.lower, self.restitution = k, upper, None, restitution
-        self.level, self.static = level, static or level  # functions of t; None: no friction
+        self.level, self.static = level, static or level  # functions of t and the sign of the rate; None: no friction
         self.press, self.ratio = None, None
         self.sign, self.rests, self.touches = 0, False, 0
 
@@ -89,7 +89,7 @@ class Motion:
         pressed, level = [h for h in slips if h.press], {}
         for h in slips:
             if h.level:
-                force[h.k] -= h.sign * h.level(t) * self.size_of_ratio(h, x)
+                force[h.k] -= h.sign * h.level(t, h.sign * self.sign_of_ratio(h, x)) * self.size_of_ratio(h, x)
         for _ in range(200):
             whole = list(force)
             for h in pressed:
@@ -116,14 +116,18 @@ class Motion:
     def size_of_ratio(h, x):
         return 1.0 if h.ratio is None else abs(h.ratio(x))
 
+    @staticmethod
+    def sign_of_ratio(h, x):
+        return 1.0 if h.ratio is None else math.copysign(1, h.ratio(x))
+
     def bounds(self, h, t, x, v, z, a, needed):
         """The force that may hold a coordinate, least and largest."""
-        s, ratio = 0.0, 1.0 if h.ratio is None else h.ratio(x)
+        s, ratio = [0.0, 0.0], 1.0 if h.ratio is None else h.ratio(x)
         if h.press:
-            s = h.press[1] * h.press[2](t, x, v, z, a, needed[h.k] / ratio, needed) * abs(ratio)
+            s = [h.press[1] * h.press[2](t, x, v, z, a, needed[h.k] / ratio, needed) * abs(ratio)] * 2
         elif h.static:
-            s = h.static(t) * abs(ratio)
-        return (-math.inf if h.touches > 0 else -s), (math.inf if h.touches < 0 else s)
+            s = [h.static(t, way * math.copysign(1, ratio)) * abs(ratio) for way in (1, -1)]
+        return (-math.inf if h.touches > 0 else -s[0]), (math.inf if h.touches < 0 else s[1])
 
     def slope(self, t, y):
         n, m = self.m.n, self.m

@@ -10,11 +10,11 @@ from pair_machines import Machines
 
 KINDS = "slide pendulum cart yoke gear driven rod rocker four_bar puck journal".split()
 FEATURES = [*KINDS, *"""harmonic pulse kink-position kink-rate kink-time jump table table-hold table-straight table-left table-periodic table-spline input-linear
-input-hold state sampled counter relay delay friction friction-by-load friction-dependent stop play gap compliant measure
+input-hold state sampled counter relay delay friction friction-sides friction-by-load friction-dependent stop play gap compliant measure
 spring""".split()]
 ROWS = 4
 MOST_EXTRA = 4  # features of a model beside its spring
-MUTATIONS = """gravity-across friction-without-load friction-static friction-sign stop-restitution stop-ignored delay-time
+MUTATIONS = """gravity-across friction-without-load friction-static friction-sign friction-back stop-restitution stop-ignored delay-time
 delay-before sample-late sample-start state-start counter-both relay-limits input-method table-outside drive-impulse pulse-missed
 ramp-late kink-side dead-zone push-ignored sway-ignored start-rate yoke-mass gear-sign harmonic-phase jump-size load-static
 measure-sign rod-mass rocker-bends bar-bends contact-friction contact-impulse contact-damping stop-below table-period table-ends""".split()
@@ -300,9 +300,20 @@ class Pair(Machines):
             held.press = mu * radius, self.mutated("load-static", (holds or mu) * radius, 3 * mu * radius), self.presses[joint]
             return
         self.features.append("friction")
-        self.forces.append(f"  rub: {{joint: {joint}, friction: {{{word}: {level}{f', static: {static}' if static else ''}}}}}")
-        held.level = lambda t: self.mutated("friction-sign", level, 0.5 * level)
-        held.static = lambda t: self.mutated("friction-static", static or level, 4 * (static or level))
+        digits, back = int(1e4 * level), 1.0
+        if digits % 3 == 0:  # by digits that are drawn, so that all other models stay as they are
+            self.features.append("friction-sides")
+            back = round(0.3 + digits % 100 / 60, 4)
+
+        def said(x):
+            return f"[{x}, {back}*{x}]" if back != 1 else f"{x}"
+
+        def side(way):
+            return self.mutated("friction-back", back, 1 / back) if way < 0 else 1.0
+
+        self.forces.append(f"  rub: {{joint: {joint}, friction: {{{word}: {said(level)}{f', static: {said(static)}' if static else ''}}}}}")
+        held.level = lambda t, way: self.mutated("friction-sign", level, 0.5 * level) * side(way)
+        held.static = lambda t, way: self.mutated("friction-static", static or level, 4 * (static or level)) * side(way)
 
     def stop(self):
         """A rigid limit of a coordinate, or one on each side."""
@@ -374,4 +385,4 @@ class Foreign(Pair):
             level = self.between(0.2, 2)
             self.features.append("friction")
             self.forces.append(f"  rub: {{joint: {self.joint}, friction: {{{self.force_word}: {level}}}}}")
-            self.hold().level = self.held.static = lambda t: level
+            self.hold().level = self.held.static = lambda t, way: level
