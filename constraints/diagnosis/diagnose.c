@@ -697,7 +697,6 @@ kempe_status kmp_check(const kempe_system *system, kempe_check **check)
     c->body_count = system->model->body_count - 1;
     c->loop_count = system->model->closure_count - kmp_model_friction_count(system->model);
     unsigned long failures = kmp_memory_failures();
-    kmp_warn_of_implicit_kinks(system->model);
     bool leaves_out = system->model->state_count > 0 || kmp_model_friction_count(system->model) > 0;
     kempe_status status = leaves_out ? leave_out_forces(c, system->model) : KEMPE_OK;
     if (status == KEMPE_OK)

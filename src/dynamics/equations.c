@@ -31,26 +31,38 @@
 #include "symbolic/implicit.h"
 #include "symbolic/live.h"
 #include "symbolic/shorten.h"
+#include <float.h>
+#include <string.h>
 
 /* -- implicit variables ------------------------------------------------------------------------------ */
 
 /* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
 
-/* The value of a name, or all variables of a group. */
+/* The equations of a group, with conditions for kinks or without. */
+KMP_NOINLINE static void write_group(const kmp_tree *tree, int index, bool kinks, bool bends, kmp_ref *residual)
+{
+    const kmp_unknowns *u = &tree->model->unknowns[index];
+    kmp_tree inner = *tree;
+    inner.conditions.kinks = kinks;
+    inner.conditions.bends = bends;
+    inner.names.solving = index + 1;
+    for (int k = 0; k < u->count; k++)
+        residual[k] = kmp_tree_expression(&inner, u->zero[k]);
+}
+
+/* The value of a name, or all variables of a group, in which kinks stay kinks. */
 KMP_NOINLINE static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
 {
-    kmp_tree inner = *tree; /* within a group kinks stay kinks */
-    kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
-    inner.conditions.kinks = false;
     if (u->count == 0) {
+        kmp_tree inner = *tree;
+        inner.conditions.kinks = false;
         value[0] = kmp_tree_expression(&inner, u->zero[0]);
         return;
     }
-    inner.names.solving = index + 1;
-    for (int k = 0; k < u->count; k++) {
-        residual[k] = kmp_tree_expression(&inner, u->zero[k]);
+    kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
+    write_group(tree, index, false, tree->conditions.bends, residual);
+    for (int k = 0; k < u->count; k++)
         guess[k] = kmp_tree_number(tree, &u->guess[k]);
-    }
     kmp_enclose(tree->graph, u->count, residual, guess, value);
 }
 
@@ -58,30 +70,66 @@ KMP_NOINLINE static void solve(const kmp_tree *tree, int index, const kmp_unknow
 KMP_NOINLINE static kmp_ref with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u)
 {
     bool kept = tree->names.value && !tree->conditions.bends && (tree->reactions.row || !u->late);
-    kmp_ref own = KMP_ZERO, *value = kept ? tree->names.value + KMP_UNKNOWNS_MOST * index + 1 : &own;
+    kmp_ref own = KMP_ZERO, *value = kept ? tree->names.branch + KMP_UNKNOWNS_MOST * index : &own;
     if (*value == KMP_ZERO)
         *value = kmp_tree_expression(tree, u->zero[0]);
     return *value;
 }
 
-kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
+/* The variables of a group, in which kinks stay kinks. */
+static const kmp_ref *whole_group(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *own)
 {
-    kmp_ref value[KMP_UNKNOWNS_MOST];
-    const kmp_unknowns *u = &tree->model->unknowns[e->index];
-    if (tree->names.solving == e->index + 1)
-        return kmp_unknown(tree->graph, e->number);
-    if (u->count == 0 && (tree->conditions.kinks || tree->conditions.bends))
-        return with_kinks(tree, e->index, u);
     /* Multipliers are not final before the closures' rows are. */
     if (!tree->names.value || (!tree->reactions.row && u->late)) {
-        solve(tree, e->index, u, value);
-        return value[e->number];
+        solve(tree, index, u, own);
+        return own;
     }
-    kmp_ref *kept = tree->names.value + KMP_UNKNOWNS_MOST * e->index;
-    if (!tree->names.solved[e->index])
-        solve(tree, e->index, u, kept);
-    tree->names.solved[e->index] = true;
-    return kept[e->number];
+    kmp_ref *kept = tree->names.value + KMP_UNKNOWNS_MOST * index;
+    if (tree->names.solved[index] == KMP_NAME_UNKNOWN) {
+        solve(tree, index, u, kept);
+        tree->names.solved[index] = tree->conditions.bends ? KMP_NAME_BENT : KMP_NAME_SOLVED;
+    }
+    return kept;
+}
+
+/* The variables of a group whose kinks are conditions. Newton's method begins at the solution with all kinks, and finds
+ * the nearest one of several on a branch. If the branch has no solution beyond its kink, as c*abs(c) = q has none of
+ * c^2 = q, the solution with all kinks counts, and the step passes the kink. */
+KMP_NOINLINE static void solve_with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree plain = *tree; /* where kinks are conditions, the knots of tables are not watched as well */
+    kmp_ref own[KMP_UNKNOWNS_MOST], residual[2][KMP_UNKNOWNS_MOST];
+    write_group(tree, index, true, false, residual[0]);
+    plain.conditions.kinks = plain.conditions.watches = false;
+    const kmp_ref *whole = whole_group(&plain, index, u, own);
+    write_group(&plain, index, false, false, residual[1]);
+    if (memcmp(residual[0], residual[1], (size_t)u->count * sizeof(kmp_ref)) == 0) {
+        memcpy(value, whole, (size_t)u->count * sizeof *value);
+        return;
+    }
+    kmp_enclose(g, u->count, residual[0], whole, value);
+    kmp_ref found = kmp_less(g, value[0], kmp_const(g, DBL_MAX)); /* not of NaN */
+    for (int k = 0; k < u->count; k++)
+        value[k] = kmp_select(g, found, value[k], whole[k]);
+}
+
+kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_ref own[KMP_UNKNOWNS_MOST] = {KMP_ZERO};
+    const kmp_unknowns *u = &tree->model->unknowns[e->index];
+    const kmp_tree_conditions *conditions = &tree->conditions;
+    if (tree->names.solving == e->index + 1)
+        return kmp_unknown(tree->graph, e->number);
+    if (u->count == 0 && (conditions->kinks || conditions->bends))
+        return with_kinks(tree, e->index, u);
+    const bool kept = tree->names.value, bent = kept && tree->names.solved[e->index] == KMP_NAME_BENT;
+    if (!conditions->kinks || conditions->bends || bent)
+        return whole_group(tree, e->index, u, own)[e->number];
+    kmp_ref *branch = kept ? tree->names.branch + KMP_UNKNOWNS_MOST * e->index : own;
+    if (branch[0] == KMP_ZERO)
+        solve_with_kinks(tree, e->index, u, branch);
+    return branch[e->number];
 }
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */

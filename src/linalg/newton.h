@@ -119,6 +119,15 @@ static inline bool kmp_newton_stands(int n, const double *dy, const double *size
     return isfinite(before) && part >= 0.9 * before && kmp_newton_largest(n, dy) <= 1e-9 * kmp_newton_largest(n, size);
 }
 
+/* True if no part of the step is as large as a rounding of its unknown. */
+static inline bool kmp_newton_is_lost(int n, const double *y, const double *dy)
+{
+    bool lost = true;
+    for (int i = 0; i < n; i++)
+        lost = lost && y[i] + dy[i] == y[i];
+    return lost;
+}
+
 /* Newton's iteration from y on. */
 static inline bool kmp_newton_descend(kmp_newton *s)
 {
@@ -138,6 +147,8 @@ static inline bool kmp_newton_descend(kmp_newton *s)
         }
         f = kmp_newton_advance(s, dy, residual);
         bool whole = kmp_newton_largest(n, dy) == step;
+        if (!whole && part <= 1e-9 && kmp_newton_is_lost(n, s->y, dy)) /* residuals are roundings, of any size */
+            return true;
         kmp_newton_grow(n, s->y, size);
         if (!isfinite(kmp_newton_largest(n, size)))
             return false;

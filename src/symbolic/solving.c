@@ -8,9 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* KEPT: solutions, of the lists of arguments that are evaluated in turn: the places of the lanes of a vector register.
- */
-enum { KEPT = 8, BLOCK_STAGES = 4 };
+/* KEPT: solutions, of the lists of arguments that are evaluated in turn: all lanes, component by component. */
+enum { KEPT = 16, BLOCK_STAGES = 4 };
 
 struct kmp_solving {
     const kmp_program_block *block;

@@ -162,6 +162,19 @@ static const char led[] =
     "loops: {E: {ball: [b.E, c.P]}}\ndrives: {a: {joint: a, angle: \"w*t + 0.2*sin(3*t)\"}}\n"
     "forces: {e: {joint: arm, torque: -d*qd(arm)}, f: {joint: c, spring: {stiffness: 20, damping: 2}}}\n";
 
+/* Conditions of solved equations: a kink and a comparison of implicit variables. */
+static const char solved[] =
+    "kempe: 1\nname: solved\nparameters: {r: 0.3, edge: 0.7, k: 300}\ngravity: [0, -9.81, 0]\n"
+    "algebraic:\n"
+    "  stop: {of: {d: 0, e: 0}, zero: [\"d - q(x) + edge\", \"e - max(d, 0)\"]}\n"
+    "  back: {of: {f: 0, g: 0}, zero: [\"f - q(x) + 0.3\", \"g - if(f < 0, f, 0)\"]}\n"
+    "bodies:\n"
+    "  a: {joint: {name: a, revolute: z, at: ground}, mass: 1, com: [0.1, 0, 0], inertia: {zz: 0.1}}\n"
+    "  x: {joint: {name: x, prismatic: x, at: ground}, mass: 2}\n"
+    "forces: {f: {joint: x, force: \"-20*q(x) - k*e - k*g\"}}\n"
+    "loops: {rod: {constraint: \"q(x) - r*cos(q(a)) - 0.5\"}}\n"
+    "start: {q: {a: 0.4, x: 0.8}, qd: {a: 3}, hold: [a]}\n";
+
 static void test_lanes_do_not_matter(void)
 {
     random_seed(3);
@@ -180,6 +193,7 @@ static void test_lanes_do_not_matter(void)
     one_mechanism(gather_text(tree, (const char *const[]){"q.a", "l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
     one_mechanism(gather_text(given, (const char *const[]){"l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
     one_mechanism(gather_text(led, (const char *const[]){"l", "r", "w", "d", NULL}, 0.05), 3, 1e-6, 0);
+    one_mechanism(gather_text(solved, (const char *const[]){"r", "edge", "k", NULL}, 0.02), 3, 1e-6, 0);
     one_mechanism(gather("car_axis/car_axis", (const char *const[]){"m", "w", NULL}, 0.02), 0.3, 1e-6, 0);
     one_mechanism(gather("driven_slider_crank/driven_slider_crank", (const char *const[]){"l", "speed", NULL}, 0.05), 1,
                   1e-6, 0);

@@ -3,6 +3,7 @@
  * program that was written and read, and NaN where there is no solution. */
 #include "backend/machine.h"
 #include "base/memory.h"
+#include "linalg/newton.h"
 #include "read_again.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
@@ -322,6 +323,38 @@ static void test_lists(void)
     kmp_graph_free(g);
 }
 
+/* y1 = 5 y0 - 0.2 as a sum of larger terms, and y0 = p. */
+static const double *pair_at(void *self, const double *y, double *merit)
+{
+    static double f[6];
+    const double *p = self;
+    (void)merit;
+    f[0] = y[1] - (-8 + 34. / 9 * (y[0] + 2) + 11. / 9 * (y[0] + 0.2));
+    f[1] = y[0] - *p;
+    f[2] = -5;
+    f[3] = f[4] = 1;
+    f[5] = 0;
+    return f;
+}
+
+/* From any start within roundings of a solution the iteration ends: residuals may be roundings that no step makes
+ * smaller. */
+static void test_roundings(void)
+{
+    enum { COUNT = 20000, NEAR = 2 };
+    int lost = 0;
+    for (int k = 0; k < COUNT; k++)
+        for (int i = -NEAR; i <= NEAR; i++)
+            for (int j = -NEAR; j <= NEAR; j++) {
+                double p = -0.1 + 0.2 * (k + 0.5) / COUNT;
+                kmp_newton s = {.unknowns = 2, .self = &p, .equations = pair_at};
+                s.y[0] = p * (1 + i * DBL_EPSILON);
+                s.y[1] = (5 * p - 0.2) * (1 + j * DBL_EPSILON);
+                lost += !kmp_newton_descend(&s) || fabs(s.y[0] - p) > 1e-16 || fabs(s.y[1] - 5 * p + 0.2) > 1e-14;
+            }
+    CHECK(lost == 0);
+}
+
 int main(void)
 {
     TEST(test_solutions);
@@ -329,6 +362,7 @@ int main(void)
     TEST(test_derivatives_backward);
     TEST(test_bits);
     TEST(test_no_solution);
+    TEST(test_roundings);
     TEST(test_nesting);
     TEST(test_operations_are_counted);
     TEST(test_sharing);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Warnings of laws that mean less than they seem to say: friction by direction, reactions beside couplers, kinks of
- * implicit variables. */
+/* Warnings of laws that mean less than they seem to say: friction by direction, reactions beside couplers. */
 #include "base/text.h"
 #include "loaded.h"
 #include <kempe/check.h>
@@ -71,19 +70,6 @@ static void reactions_beside_couplers(void)
     expect(GEARS("run: {outputs: [lambda(mesh)]}\n"), NULL, true);
 }
 
-#define NAMED(entry)                                                                                                   \
-    "kempe: 1\n"                                                                                                       \
-    "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"                                         \
-    "algebraic: {" entry "}\n"                                                                                         \
-    "forces: {stop: {joint: x, force: -p}}\n"
-
-static void kinks_of_implicit_variables(void)
-{
-    expect(NAMED("g: {of: {p: 0}, zero: 'p - 5*max(q(x), 0)'}"), "implicit variable 'p': kinks", false);
-    expect(NAMED("g: {of: {p: 0}, zero: 'p - if(q(x) > 0, 5*q(x), 0)'}"), NULL, false);
-    expect(NAMED("p: '5*max(q(x), 0)'"), NULL, false);
-}
-
 #define FLAT(gravity, slide, friction)                                                                                 \
     "kempe: 1\ngravity: " gravity "\n"                                                                                 \
     "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
@@ -119,7 +105,6 @@ int main(void)
 {
     TEST(friction_by_direction);
     TEST(reactions_beside_couplers);
-    TEST(kinks_of_implicit_variables);
     TEST(weight_across_a_plane);
     return check_report();
 }

@@ -487,7 +487,7 @@ static void set_body(kmp_tree *tree, int b)
 static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     enum { GUIDED_MOST = 7 }; /* of a station, or of a frame */
-    int most = model->motion_count + 1;
+    int most = model->motion_count + 1, variables = KMP_UNKNOWNS_MOST * model->unknowns_count;
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = 1};
     for (int k = 0; k < model->flexible_count; k++)
         most += GUIDED_MOST * (1 + model->flexibles[k].station_count);
@@ -498,8 +498,8 @@ static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model
                    KMP_ROOM(int, model->motion_count, &tree->of_motion, &tree->chart_before, &tree->chart_after),
                    KMP_ROOM(int *, model->flexible_count, &tree->stations), KMP_ROOM(kmp_time_seeds, 1, &tree->seeds),
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
-                   KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->names.value),
-                   KMP_ROOM(bool, model->unknowns_count, &tree->names.solved));
+                   KMP_ROOM(kmp_ref, variables, &tree->names.value, &tree->names.branch),
+                   KMP_ROOM(kmp_name_state, model->unknowns_count, &tree->names.solved));
     for (int k = 0; tree->stations && k < model->flexible_count; k++)
         tree->stations[k] = KMP_ARENA_NEW(&tree->arena, int, model->flexibles[k].station_count);
     return !tree->arena.failed;
@@ -567,11 +567,14 @@ static bool is_there(const kmp_tree *tree, kmp_ref r)
 void kmp_tree_forget(kmp_tree *tree)
 {
     tree->seeds->count[0] = tree->seeds->count[1] = 0;
-    for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++)
+    for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++) {
         if (!is_there(tree, tree->names.value[k])) {
-            tree->names.solved[k / KMP_UNKNOWNS_MOST] = false;
+            tree->names.solved[k / KMP_UNKNOWNS_MOST] = KMP_NAME_UNKNOWN;
             tree->names.value[k] = KMP_ZERO;
         }
+        if (!is_there(tree, tree->names.branch[k]))
+            tree->names.branch[k] = KMP_ZERO;
+    }
     for (int k = 0; k < tree->conditions.noted->count; k++)
         if (!is_there(tree, tree->conditions.noted->note[k].value))
             tree->conditions.noted->note[k].known = false;

@@ -96,12 +96,19 @@ typedef struct kmp_time_seeds {
     kmp_ref *leaf[2]; /* then the directions */
 } kmp_time_seeds;
 
+/* The state of the values of a group or a name. */
+typedef enum kmp_name_state {
+    KMP_NAME_UNKNOWN,
+    KMP_NAME_SOLVED,
+    KMP_NAME_BENT, /* a row of a closure has it, where kinks are bends */
+} kmp_name_state;
+
 /* Values of the model's groups of algebraic variables and of its named expressions, once used. */
 typedef struct kmp_solved_names {
-    kmp_ref *value; /* KMP_UNKNOWNS_MOST for each group of the model; of a named expression the second is the one with
-                       conditions for its kinks; NULL: not kept */
-    bool *solved;   /* of each group: its values are present */
-    int solving;    /* whose equations are being written, from 1; 0: none */
+    kmp_ref *value;         /* KMP_UNKNOWNS_MOST for each group of the model; NULL: not kept */
+    kmp_ref *branch;        /* the same with conditions for kinks, in laws of forces; KMP_ZERO: not known */
+    kmp_name_state *solved; /* of each group */
+    int solving;            /* whose equations are being written, from 1; 0: none */
 } kmp_solved_names;
 
 /* The treatment of conditions in expressions. */

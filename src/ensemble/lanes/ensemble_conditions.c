@@ -124,13 +124,16 @@ enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */
 typedef struct step_place {
     double *rows;   /* 3 n + m: q, qd, qdd, lambda */
     double *change; /* of each condition */
+    double *solved; /* solutions of implicit blocks in conditions */
 } step_place;
 
 struct kmp_lane_conditions {
     kmp_lanes *lanes; /* the program of conditions */
     double *mode;     /* of all lanes */
     step_place place[PLACES];
-    double *wide[KMP_LANE_VECTORS];              /* size: the interpolants, if some are late */
+    size_t solved;                               /* solutions of implicit blocks */
+    bool middle;                                 /* some conditions are decided with the middle of the step */
+    double *wide[KMP_LANE_VECTORS];              /* size: the interpolants, for the middle */
     kmp_event_probe look[PLACES];                /* of one lane */
     kmp_event_tracker *watching[KMP_LANES_MOST]; /* of each lane, with the numbers of its instance */
     kmp_event_tracker *passing;                  /* of the current instance */
@@ -138,8 +141,11 @@ struct kmp_lane_conditions {
 
 const char *kmp_conditions_no_lanes(const kempe_system *s)
 {
-    if (s->changes && s->changes->outputs[2] > s->changes->outputs[1] + s->events.count)
-        return "conditions of solved equations";
+    int late = 0;
+    for (int k = 0; k < s->events.count; k++)
+        late += s->events.condition[k].late;
+    if (s->changes && s->changes->outputs[3] > s->changes->outputs[2] + late)
+        return "conditions of solved equations that depend on multipliers or accelerations";
     return NULL;
 }
 
@@ -178,13 +184,16 @@ bool kmp_conditions_init(kmp_engine *e)
         return false;
     e->conditions = c;
     c->mode = kmp_arena_aligned(a, w * count);
-    for (int k = 0; e->room.late && k < KMP_LANE_VECTORS; k++)
+    c->solved = (size_t)(e->s->changes->outputs[2] - e->s->changes->outputs[1]) - count;
+    c->middle = e->room.late || c->solved > 0;
+    for (int k = 0; c->middle && k < KMP_LANE_VECTORS; k++)
         c->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
     for (int i = 0; i < PLACES; i++) {
         c->place[i].rows = kmp_arena_aligned(a, w * (3 * n + (size_t)e->m));
-        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, w *count, &c->place[i].change),
-                             KMP_ROOM(double, count, &c->look[i].change),
-                             KMP_ROOM(double, 3 * e->n + e->m, &c->look[i].state));
+        (void)KMP_ARENA_MAKE(
+            a, KMP_ROOM(double, w *count, &c->place[i].change), KMP_ROOM(double, w * c->solved, &c->place[i].solved),
+            KMP_ROOM(double, count, &c->look[i].change), KMP_ROOM(double, c->solved, &c->look[i].solved),
+            KMP_ROOM(double, 3 * e->n + e->m, &c->look[i].state));
     }
     for (size_t l = 0; l < w && !a->failed; l++)
         c->watching[l] = kmp_event_tracker_new(&plan, a);
@@ -286,7 +295,11 @@ static void evaluate(kmp_engine *e, const kmp_lane_group *pool, int place, const
     kmp_lanes_set(c->lanes, KMP_IN_TIME, e->room.at);
     kmp_lanes_set(c->lanes, KMP_IN_Q, at->rows);
     kmp_lanes_set(c->lanes, KMP_IN_QD, at->rows + n * w);
-    memcpy(at->change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
+    const double *values = kmp_lanes_run(c->lanes, 1);
+    const size_t count = w * (size_t)e->s->events.count;
+    memcpy(at->change, values, count * sizeof *values);
+    if (c->solved > 0)
+        memcpy(at->solved, values + count, w * c->solved * sizeof *values);
     if (vdd && e->room.late)
         add_late(e, at, vdd);
 }
@@ -301,6 +314,8 @@ static const kmp_event_probe *look_of(const kmp_engine *e, int place, size_t l, 
     look->t = t;
     for (size_t k = 0; k < (size_t)e->s->events.count; k++)
         look->change[k] = c->place[place].change[k * w + l];
+    for (size_t k = 0; k < c->solved; k++)
+        look->solved[k] = c->place[place].solved[k * w + l];
     for (size_t k = 0; k < rows; k++)
         look->state[k] = c->place[place].rows[k * w + l];
     return look;
@@ -378,9 +393,10 @@ static void look_at_middle(kmp_engine *e, kmp_lane_group *pool)
         room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
         room->bad[l] = 0;
     }
-    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
-                                room->vdd_middle);
-    evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+    if (room->vdd)
+        kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
+                                    room->vdd_middle);
+    evaluate(e, pool, 2, room->stage, room->k[2], room->vdd ? room->vdd_middle : NULL);
 }
 
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
@@ -437,7 +453,7 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
     if (!dense)
         return false;
     kmp_room_run_dense_stages(e, pool);
-    const bool middle = room->late;
+    const bool middle = e->conditions->middle;
     if (middle)
         look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {

@@ -116,28 +116,6 @@ static void warn_of_planes(const kempe_model *model)
     }
 }
 
-static bool is_kink(const kmp_expr *e, const void *unused)
-{
-    (void)unused;
-    return calls(e, KMP_FUNCTION_abs) || calls(e, KMP_FUNCTION_min) || calls(e, KMP_FUNCTION_max);
-}
-
-void kmp_warn_of_implicit_kinks(const kempe_model *model)
-{
-    for (int i = 0; i < model->unknowns_count; i++) {
-        const kmp_unknowns *u = &model->unknowns[i];
-        bool kinks = false;
-        for (int k = 0; k < u->count; k++)
-            kinks = kinks || kmp_expr_find(u->zero[k], is_kink, NULL);
-        if (kinks)
-            kmp_log(
-                model->context, KEMPE_LOG_WARNING,
-                "implicit variable '%s': kinks of abs, min and max in its equations are not located, and cost steps "
-                "and accuracy; write them with if(..), or in the force",
-                u->unknown[0]);
-    }
-}
-
 /* -- what depends on multipliers, what on time --------------------------------------------------------- */
 
 const kmp_expr *kmp_force_lambda(const kmp_force *force)

@@ -37,6 +37,3 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
 void kmp_model_begin(const kempe_model *model);
 /** The same of a computation to which forces matter: laws that mean less than they seem to say are warnings. */
 void kmp_model_begin_forces(const kempe_model *model);
-
-/** Warns of implicit variables whose equations have kinks, which are not located. */
-void kmp_warn_of_implicit_kinks(const kempe_model *model);
