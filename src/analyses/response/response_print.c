@@ -143,16 +143,6 @@ static void show_parts(kmp_text *text, const kempe_response *r, bool all)
     kmp_text_printf(text, "  Rounding changes the response by at most %.1e of it\n", f->worst);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 /* Amplitude and phase of one pair over all frequencies; null on poles. */
@@ -213,7 +203,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-KMP_PRINT_FULL(kempe_response, response, response->channels.system->context, json, show, show_full)
+KMP_PRINT_FULL(kempe_response, response, response->channels.system->context, json, show_parts)
 
 /* -- picture ------------------------------------------------------------------------------------------------ */
 

@@ -325,16 +325,6 @@ static void show_parts(kmp_text *text, const kempe_contacts *t, bool all)
     show_rows(text, t, all);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
@@ -413,7 +403,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "}");
 }
 
-KMP_PRINT_FULL(kempe_contacts, contacts, contacts->given->context, show_json, show, show_full)
+KMP_PRINT_FULL(kempe_contacts, contacts, contacts->given->context, show_json, show_parts)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

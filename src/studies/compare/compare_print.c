@@ -526,17 +526,7 @@ static void show_parts(kmp_text *text, const kempe_comparison *c, bool all)
                         c->count);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
-KMP_PRINT_FULL(kempe_comparison, comparison, comparison->system->context, json_all, show, show_full)
+KMP_PRINT_FULL(kempe_comparison, comparison, comparison->system->context, json_all, show_parts)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

@@ -394,16 +394,6 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     show_log(text, &t->log);
 }
 
-static void show_short(kmp_text *text, const void *result)
-{
-    show_run(text, result, false);
-}
-
-static void show_all(kmp_text *text, const void *result)
-{
-    show_run(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 /* The algorithm of the run itself, not of the request. */
@@ -551,7 +541,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT_FULL(kempe_trajectory, trajectory, trajectory->system->context, json, show_short, show_all)
+KMP_PRINT_FULL(kempe_trajectory, trajectory, trajectory->system->context, json, show_run)
 
 static void fill_rows(kempe_table *table, const void *result)
 {
