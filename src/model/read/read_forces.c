@@ -130,10 +130,7 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 
 static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
 {
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b};
-    return e;
+    return kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b});
 }
 
 /* A coefficient times a reaction, and times a radius if there is one. */
@@ -241,11 +238,10 @@ static void set_joint_locals(element *e)
 {
     kmp_arena *arena = &e->r->model->arena;
     int motion = e->force->motion;
-    kmp_expr *q = KMP_ARENA_NEW(arena, kmp_expr, 1), *qd = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    const kmp_expr *q = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_Q, .index = motion}),
+                   *qd = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
     if (motion < 0 || !q || !qd)
         return;
-    *q = (kmp_expr){.kind = KMP_EXPR_Q, .index = motion};
-    *qd = (kmp_expr){.kind = KMP_EXPR_QD, .index = motion};
     set_locals(e, e->r->model->motions[motion].rotation ? "angle" : "distance", q, qd, true);
 }
 
@@ -343,9 +339,8 @@ static void set_distance(element *e)
             if (!kmp_reader_measure_argument(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
                 return;
         const kmp_expr *part = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
-        kmp_expr *sum = k > 0 ? KMP_ARENA_NEW(arena, kmp_expr, 1) : NULL;
-        if (sum)
-            *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = distance, .b = part};
+        const kmp_expr *sum =
+            k > 0 ? kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = distance, .b = part}) : NULL;
         distance = sum ? sum : part;
     }
     set_locals(e, "distance", distance, kmp_expr_rate(arena, distance), false);
