@@ -657,7 +657,7 @@ static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_program_
     kempe_status recalled = KEMPE_OK;
     bool any = run && kept->past;
     if (any && (status == KEMPE_OK || status == KEMPE_STOPPED))
-        recalled = kmp_runner_recall(run, kmp_runner_t(run));
+        recalled = kmp_delays_record(run, kmp_runner_t(run));
     kept->past = any ? kmp_past_copy(kept->past) : NULL;
     if (any)
         KMP_TRY(kmp_made(run->s->context, kept->past));
