@@ -26,10 +26,10 @@ void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome out
 /** A list of strings in JSON: the lines of a text. */
 void kmp_print_lines(kmp_json *json, const char *key, const char *lines);
 
-/** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
+/** Begins the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
-                    double build_s, const char *warnings);
+kmp_json kmp_print_head(kmp_text *text, const kempe_system *system, kempe_outcome outcome, const char *reason,
+                        double build_s, const char *warnings);
 
 /** A line for each flexible body, after a label: the words of its terms of second order and of its frame. The head of a
  * JSON object has them as `flexible`. */

@@ -565,8 +565,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
+    kmp_json j = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_put(&j, "at %s state %s residual %g", c->at->equilibrium ? "equilibrium" : "start",
                  c->goes_on ? "steady"
                  : c->rests ? "rests"

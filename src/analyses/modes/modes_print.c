@@ -558,8 +558,8 @@ void kmp_modes_json(kmp_json *j, const kempe_modes *m)
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
+    kmp_json json =
+        kmp_print_head(text, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
     kmp_modes_json(&json, m);
     kmp_json_put(&json, "cpu_s %g }", m->cpu_s);
 }

@@ -166,8 +166,7 @@ static void json(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
     const kmp_frequency *f = &r->frequency;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
+    kmp_json j = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);

@@ -1034,9 +1034,8 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
 static void show_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, check->system, kmp_outcome_of(check->status), check->reason, check->system->build_s,
-                   check->warnings);
+    kmp_json j = kmp_print_head(text, check->system, kmp_outcome_of(check->status), check->reason,
+                                check->system->build_s, check->warnings);
     json_sentence(&j, "verdict", check, check_verdict);
     if (check->assembled)
         json_assembled(&j, check);

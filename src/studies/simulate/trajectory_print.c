@@ -496,9 +496,8 @@ static void json_contacts(kmp_json *json, const kempe_trajectory *t)
 static void json(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, t->system, kempe_trajectory_outcome(t), t->reason, t->system->build_s + t->report.build_s,
-                   t->warnings);
+    kmp_json j = kmp_print_head(text, t->system, kempe_trajectory_outcome(t), t->reason,
+                                t->system->build_s + t->report.build_s, t->warnings);
     kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (t->report.chosen_ratio > 0 || t->report.continued) {
