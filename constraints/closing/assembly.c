@@ -223,11 +223,7 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
     trial->dropped = a->dropped;
     if (a->closed && !same && !kmp_rounding_try(trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
         status = kmp_fail_memory(s->context);
-    if (status == KEMPE_OK && a->closed && !same)
-        *as = a;
-    else
-        kempe_assembly_free(a);
-    return status;
+    return KMP_GIVE_IF(status == KEMPE_OK && a->closed && !same, status, as, a, kempe_assembly_free);
 }
 
 /* Tries the largest rank above `least`, up to `most`, that differs from the rank of the strict assembly. If its other

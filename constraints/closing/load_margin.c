@@ -5,7 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/closing/deformation_rows.h"
-#include "linalg/dense/factors.h"
+#include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
@@ -81,16 +81,7 @@ static double part_of(kmp_load_margin *m, int count)
         }
     if (count == 0 || kmp_cholesky_factor(count, stiffness) != 0)
         return NAN;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < count; k++)
-            kmp_cholesky_forward(count, stiffness, lost + (ptrdiff_t)count * k);
-        for (int i = 0; i < count; i++)
-            for (int k = 0; k < i; k++) {
-                const double kept = lost[i + count * k];
-                lost[i + count * k] = lost[k + count * i];
-                lost[k + count * i] = kept;
-            }
-    }
+    kmp_cholesky_congruence(count, stiffness, lost);
     return kmp_symmetric_eigen(count, lost, m->value) == 0 ? m->value[count - 1] : NAN;
 }
 

@@ -705,12 +705,8 @@ kempe_status kmp_check(const kempe_system *system, kempe_check **check)
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* the messages of earlier trials are dropped */
     c->status = status = kmp_context_verdict(system->context, status);
-    if (!kmp_is_complete(status) && !(status == KEMPE_E_FAILED && !c->assembled)) {
-        kempe_check_free(c);
-        return status;
-    }
-    *check = c;
-    return status;
+    return KMP_GIVE_IF(kmp_is_complete(status) || (status == KEMPE_E_FAILED && !c->assembled), status, check, c,
+                       kempe_check_free);
 }
 
 void kempe_check_free(kempe_check *check)

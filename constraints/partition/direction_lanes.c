@@ -10,30 +10,11 @@
 
 /* -- lists of terms -------------------------------------------------------------------------------------- */
 
-static bool make_terms(kmp_arena *arena, int sums, int most, kmp_terms *terms)
-{
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(int, sums + 1, &terms->start),
-                          KMP_ROOM(int, most + 1, &terms->at, &terms->from));
-}
-
-/* Adds a term to sum k, after all terms of the sums before it. */
-static void put_term(kmp_terms *terms, int k, int at, int from)
-{
-    const int e = terms->start[k + 1]++;
-    terms->at[e] = at;
-    terms->from[e] = from;
-}
-
-static void begin_sum(kmp_terms *terms, int k)
-{
-    terms->start[k + 1] = terms->start[k];
-}
-
 /* Lists the same terms by their rows: `from` stays, and the sum becomes the row. */
 static bool transpose_terms(kmp_arena *arena, const kmp_terms *terms, int sums, int rows, kmp_terms *out)
 {
     const int count = terms->start[sums];
-    if (!make_terms(arena, rows, count, out))
+    if (!kmp_terms_make(arena, rows, count, out))
         return false;
     for (int e = 0; e < count; e++)
         out->start[terms->at[e] + 1]++;
@@ -60,22 +41,22 @@ static bool list_tangent(kmp_direction_lanes *x)
     const kmp_sparse_tangent *z = red->zeros;
     const int n = x->n, p = x->p, r = x->r, most = z ? z->x_start[p] : p * (r + 1);
     kmp_terms by_u;
-    if (!make_terms(&x->arena, p, most, &x->x) || !make_terms(&x->arena, p, most, &by_u))
+    if (!kmp_terms_make(&x->arena, p, most, &x->x) || !kmp_terms_make(&x->arena, p, most, &by_u))
         return false;
     for (int c = 0; c < p; c++) {
         const int k = x->order[c], begin = z ? z->x_start[k] : 0, end = z ? z->x_start[k + 1] : n;
-        begin_sum(&x->x, c);
+        kmp_terms_begin(&x->x, c);
         for (int e = begin; e < end; e++) {
             const int i = z ? z->x_row[e] : e;
             if (red->place[i] >= 0 || red->place[i] == -1 - k)
-                put_term(&x->x, c, i, i + k * n);
+                kmp_terms_add(&x->x, c, i, i + k * n);
         }
     }
     for (int k = 0; k < p; k++) {
-        begin_sum(&by_u, k);
+        kmp_terms_begin(&by_u, k);
         for (int e = x->x.start[x->place[k]]; e < x->x.start[x->place[k] + 1]; e++)
             if (red->place[x->x.at[e]] >= 0)
-                put_term(&by_u, k, red->place[x->x.at[e]], red->place[x->x.at[e]] + k * r);
+                kmp_terms_add(&by_u, k, red->place[x->x.at[e]], red->place[x->x.at[e]] + k * r);
     }
     if (!transpose_terms(&x->arena, &by_u, p, r, &x->moved))
         return false;
@@ -88,12 +69,12 @@ static bool list_factor(kmp_direction_lanes *x)
 {
     const kmp_sparse_tangent *z = x->red->zeros;
     const int p = x->p, stride = z ? z->stride : p;
-    if (!make_terms(&x->arena, p, z ? z->l.start[p] : p * (p - 1) / 2, &x->below))
+    if (!kmp_terms_make(&x->arena, p, z ? z->l.start[p] : p * (p - 1) / 2, &x->below))
         return false;
     for (int c = 0; c < p; c++) {
-        begin_sum(&x->below, c);
+        kmp_terms_begin(&x->below, c);
         for (int e = z ? z->l.start[c] : c + 1, end = z ? z->l.start[c + 1] : p; e < end; e++)
-            put_term(&x->below, c, z ? z->l.at[e] : e, c * stride + (z ? z->l.at[e] : e));
+            kmp_terms_add(&x->below, c, z ? z->l.at[e] : e, c * stride + (z ? z->l.at[e] : e));
     }
     return transpose_terms(&x->arena, &x->below, p, p, &x->lower);
 }
@@ -102,24 +83,24 @@ static bool list_mass(kmp_direction_lanes *x)
 {
     const kmp_pattern *m = &x->red->eval->system->mass;
     kmp_terms by_entry; /* two sums for each entry: of its row and of its column */
-    if (!make_terms(&x->arena, 2 * m->count, 2 * m->count, &by_entry))
+    if (!kmp_terms_make(&x->arena, 2 * m->count, 2 * m->count, &by_entry))
         return false;
     for (int k = 0; k < m->count; k++)
         for (int side = 0; side < 2; side++) {
-            begin_sum(&by_entry, 2 * k + side);
+            kmp_terms_begin(&by_entry, 2 * k + side);
             if (side == 0 || m->row[k] != m->col[k])
-                put_term(&by_entry, 2 * k + side, side ? m->col[k] : m->row[k], k);
+                kmp_terms_add(&by_entry, 2 * k + side, side ? m->col[k] : m->row[k], k);
         }
     if (!transpose_terms(&x->arena, &by_entry, 2 * m->count, x->n, &x->mass) ||
-        !make_terms(&x->arena, x->n, 2 * m->count, &x->mass_by))
+        !kmp_terms_make(&x->arena, x->n, 2 * m->count, &x->mass_by))
         return false;
     for (int i = 0; i < x->n; i++) {
-        begin_sum(&x->mass_by, i);
+        kmp_terms_begin(&x->mass_by, i);
         for (int e = x->mass.start[i]; e < x->mass.start[i + 1]; e++) {
             const int side = x->mass.at[e] % 2, k = x->mass.from[e], other = side ? m->row[k] : m->col[k];
             x->mass.at[e] = other;
             if (x->red->place[other] >= 0)
-                put_term(&x->mass_by, i, x->red->place[other], k);
+                kmp_terms_add(&x->mass_by, i, x->red->place[other], k);
         }
     }
     return true;
@@ -408,14 +389,11 @@ static KMP_INTO_CLONES void load_dependent(int fours, kmp_direction_lanes *lanes
     }
 }
 
-static KMP_CLONES void accelerate_of_width(kmp_direction_lanes *lanes, bool bends)
+static KMP_CLONES void respond_of_width(kmp_direction_lanes *lanes, bool bends, bool pulls)
 {
     KMP_OF_WIDE(accelerate, lanes->width, lanes, bends);
-}
-
-static KMP_CLONES void load_of_width(kmp_direction_lanes *lanes)
-{
-    KMP_OF_WIDE(load_dependent, lanes->width, lanes);
+    if (pulls)
+        KMP_OF_WIDE(load_dependent, lanes->width, lanes);
 }
 
 static KMP_CLONES void solve_mass_of_width(kmp_direction_lanes *lanes)
@@ -432,11 +410,10 @@ void kmp_direction_lanes_solve(kmp_direction_lanes *lanes, bool bends, bool pull
         solve_rows(lanes, lanes->curve);
     else
         memset(lanes->solved, 0, (size_t)lanes->r * row);
-    accelerate_of_width(lanes, bends);
+    respond_of_width(lanes, bends, pulls);
     if (!pulls)
         return;
     memset(lanes->lambda, 0, (size_t)lanes->m * row);
-    load_of_width(lanes);
     kmp_block_solve_transposed_wide(lanes->red->block, lanes->width, lanes->right, lanes->solved);
     for (int i = 0; i < lanes->r; i++)
         memcpy(lanes->lambda + (ptrdiff_t)rows[i] * lanes->width, lanes->solved + (ptrdiff_t)i * lanes->width, row);

@@ -7,14 +7,10 @@
 
 #include "constraints/evaluation/tangent.h"
 #include "constraints/partition/reduction.h"
+#include "constraints/partition/terms.h"
 #include "linalg/wide_rows.h"
 
 enum { KMP_DIRECTIONS = KMP_WIDEST }; /* at most */
-
-/* Sums: number k is made of value[from[e]] times row at[e], for e from start[k] to before start[k + 1]. */
-typedef struct kmp_terms {
-    int *start, *at, *from;
-} kmp_terms;
 
 typedef struct kmp_direction_lanes {
     kmp_arena arena;

@@ -49,42 +49,36 @@ static void choose_order(int r, double *a, int *row, int *column)
     }
 }
 
-/* Lists the factors' entries and eliminations from the pattern: slot (r x r, by pivots), -1 where an entry is zero.
- * Counts them with NULL lists. */
-static void list_factors(kmp_reduction_lanes *x, int *slot)
+/* Lists the factors' entries from the pattern, and the slots of their products: slot (r x r, by pivots), -1 where an
+ * entry is zero. */
+static bool list_factors(kmp_reduction_lanes *x, int *slot)
 {
-    int r = x->r, lower = 0, upper = 0, eliminated = 0;
+    kmp_terms *lower = &x->lower, *upper = &x->upper;
+    const int r = x->r, most = r * (r - 1) / 2;
+    int products = 0;
+    if (!kmp_terms_make(&x->arena, r, most, lower) || !kmp_terms_make(&x->arena, r, most, upper))
+        return false;
     for (int k = 0; k < r; k++) {
-        x->lower_start[k] = lower;
-        x->upper_start[k] = upper;
-        x->eliminated[k] = eliminated;
+        kmp_terms_begin(lower, k);
+        kmp_terms_begin(upper, k);
         for (int j = k + 1; j < r; j++)
-            if (slot[k * r + j] >= 0) {
-                if (x->upper)
-                    x->upper[upper] = (kmp_lane_entry){k, j, slot[k * r + j]};
-                upper++;
-            }
+            if (slot[k * r + j] >= 0)
+                kmp_terms_add(upper, k, j, slot[k * r + j]);
         for (int i = k + 1; i < r; i++) {
             if (slot[i * r + k] < 0)
                 continue;
-            if (x->lower)
-                x->lower[lower] = (kmp_lane_entry){i, k, slot[i * r + k]};
-            lower++;
-            for (int j = k + 1; j < r; j++) {
-                if (slot[k * r + j] < 0)
-                    continue;
-                if (slot[i * r + j] < 0)
-                    slot[i * r + j] = x->slots++;
-                if (x->elimination)
-                    x->elimination[eliminated] =
-                        (kmp_lane_elimination){slot[i * r + j], slot[i * r + k], slot[k * r + j]};
-                eliminated++;
-            }
+            kmp_terms_add(lower, k, i, slot[i * r + k]);
+            for (int e = upper->start[k]; e < upper->start[k + 1]; e++, products++)
+                if (slot[i * r + upper->at[e]] < 0)
+                    slot[i * r + upper->at[e]] = x->slots++;
         }
     }
-    x->lower_start[r] = lower;
-    x->upper_start[r] = upper;
-    x->eliminated[r] = eliminated;
+    int *to = x->target = KMP_ARENA_NEW(&x->arena, int, products);
+    for (int k = 0; to && k < r; k++)
+        for (int e = lower->start[k]; e < lower->start[k + 1]; e++)
+            for (int f = upper->start[k]; f < upper->start[k + 1]; f++)
+                *to++ = slot[lower->at[e] * r + upper->at[f]];
+    return x->target;
 }
 
 static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *column)
@@ -94,11 +88,9 @@ static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *colu
     int r = x->r;
     int *slot = KMP_ARENA_NEW(&x->arena, int, r *r), *row_at = KMP_ARENA_NEW(&x->arena, int, r),
         *column_at = x->pivot_of = KMP_ARENA_NEW(&x->arena, int, r);
-    if (!KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, r, &x->row, &x->column, &x->diagonal),
-                        KMP_ROOM(int, r + 1, &x->lower_start, &x->upper_start, &x->eliminated),
-                        KMP_ROOM(int, red->jv_count, &x->slot_of),
-                        KMP_ROOM(int, red->ju_count, &x->ju_row, &x->ju_column),
-                        KMP_ROOM(int, x->p, &x->full_of, &x->full_column)))
+    if (!KMP_ARENA_MAKE(
+            &x->arena, KMP_ROOM(int, r, &x->row, &x->column, &x->diagonal), KMP_ROOM(int, red->jv_count, &x->slot_of),
+            KMP_ROOM(int, red->ju_count, &x->ju_row, &x->ju_column), KMP_ROOM(int, x->p, &x->full_of, &x->full_column)))
         return false;
     for (int k = 0; k < r; k++) {
         x->row[k] = red->part->rows[row[k]];
@@ -127,18 +119,13 @@ static bool make_factors(kmp_reduction_lanes *x, const int *row, const int *colu
         x->ju_row[k] = row_at[red->ju_row[k]];
         x->ju_column[k] = x->full_of[red->ju_col[k]];
     }
-    list_factors(x, slot);
-    int lower = x->lower_start[r], upper = x->upper_start[r], eliminated = x->eliminated[r];
-    x->lower = KMP_ARENA_NEW(&x->arena, kmp_lane_entry, lower);
-    x->upper = KMP_ARENA_NEW(&x->arena, kmp_lane_entry, upper);
-    x->elimination = KMP_ARENA_NEW(&x->arena, kmp_lane_elimination, eliminated);
-    x->bound = KMP_ARENA_NEW(&x->arena, double, lower);
-    if (x->arena.failed)
+    if (!list_factors(x, slot))
         return false;
-    list_factors(x, slot);
-    for (int e = 0; e < lower; e++)
-        x->bound[e] = KMP_ELIMINATION * scale[x->row[x->lower[e].row]] / scale[x->row[x->lower[e].column]];
-    return true;
+    x->bound = KMP_ARENA_NEW(&x->arena, double, x->lower.start[r]);
+    for (int k = 0; x->bound && k < r; k++)
+        for (int e = x->lower.start[k]; e < x->lower.start[k + 1]; e++)
+            x->bound[e] = KMP_ELIMINATION * scale[x->row[x->lower.at[e]]] / scale[x->row[k]];
+    return x->bound;
 }
 
 kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_reduction *red, int vectors)
@@ -182,13 +169,17 @@ void kmp_reduction_lanes_free(kmp_reduction_lanes *lanes)
 
 static KMP_CLONES void eliminate(kmp_reduction_lanes *x)
 {
+    const kmp_terms *lower = &x->lower, *upper = &x->upper;
+    const int *to = x->target;
     double *f = x->factor;
     for (int k = 0; k < x->r; k++) {
         AT(x->inverse, k) = 1 / OF(f, x->diagonal[k]);
-        for (int e = x->lower_start[k]; e < x->lower_start[k + 1]; e++)
-            AT(f, x->lower[e].slot) *= OF(x->inverse, k);
-        for (int e = x->eliminated[k]; e < x->eliminated[k + 1]; e++)
-            AT(f, x->elimination[e].to) -= OF(f, x->elimination[e].by) * OF(f, x->elimination[e].of);
+        for (int e = lower->start[k]; e < lower->start[k + 1]; e++) {
+            const kmp_eight by = OF(f, lower->from[e]) * OF(x->inverse, k);
+            AT(f, lower->from[e]) = by;
+            for (int g = upper->start[k]; g < upper->start[k + 1]; g++)
+                AT(f, *to++) -= by * OF(f, upper->from[g]);
+        }
     }
 }
 
@@ -200,9 +191,9 @@ bool kmp_reduction_lanes_factor(kmp_reduction_lanes *lanes, const double *jacobi
         memcpy(lanes->factor + lanes->slot_of[k] * W, jacobian + red->jv_entry[k] * W, W * sizeof *jacobian);
     eliminate(lanes);
     bool good = true; /* no multiplier exceeds its bound, and all pivots have finite reciprocals */
-    for (int e = 0; e < lanes->lower_start[lanes->r]; e++)
+    for (int e = 0; e < lanes->lower.start[lanes->r]; e++)
         for (int l = 0; l < W; l++)
-            good = good && fabs(lanes->factor[lanes->lower[e].slot * W + l]) <= lanes->bound[e];
+            good = good && fabs(lanes->factor[lanes->lower.from[e] * W + l]) <= lanes->bound[e];
     return good && kmp_stage_lanes_finite(lanes->r, lanes->inverse);
 }
 
@@ -228,11 +219,11 @@ static KMP_INTO_CLONES void multiply(int count, const double *factor, double *b)
 static KMP_CLONES void solve(const kmp_reduction_lanes *x, int count, double *b)
 {
     for (int k = 0; k < x->r; k++)
-        for (int e = x->lower_start[k]; e < x->lower_start[k + 1]; e++)
-            add(count, SLOT(x->lower[e].slot), -1, ROW(b, k), ROW(b, x->lower[e].row));
+        for (int e = x->lower.start[k]; e < x->lower.start[k + 1]; e++)
+            add(count, SLOT(x->lower.from[e]), -1, ROW(b, k), ROW(b, x->lower.at[e]));
     for (int k = x->r; k-- > 0;) {
-        for (int e = x->upper_start[k]; e < x->upper_start[k + 1]; e++)
-            add(count, SLOT(x->upper[e].slot), -1, ROW(b, x->upper[e].column), ROW(b, k));
+        for (int e = x->upper.start[k]; e < x->upper.start[k + 1]; e++)
+            add(count, SLOT(x->upper.from[e]), -1, ROW(b, x->upper.at[e]), ROW(b, k));
         multiply(count, x->inverse + (ptrdiff_t)k * W, ROW(b, k));
     }
 }
@@ -241,12 +232,12 @@ static KMP_CLONES void solve_transposed(const kmp_reduction_lanes *x, int count,
 {
     for (int k = 0; k < x->r; k++) {
         multiply(count, x->inverse + (ptrdiff_t)k * W, ROW(b, k));
-        for (int e = x->upper_start[k]; e < x->upper_start[k + 1]; e++)
-            add(count, SLOT(x->upper[e].slot), -1, ROW(b, k), ROW(b, x->upper[e].column));
+        for (int e = x->upper.start[k]; e < x->upper.start[k + 1]; e++)
+            add(count, SLOT(x->upper.from[e]), -1, ROW(b, k), ROW(b, x->upper.at[e]));
     }
     for (int k = x->r; k-- > 0;)
-        for (int e = x->lower_start[k]; e < x->lower_start[k + 1]; e++)
-            add(count, SLOT(x->lower[e].slot), -1, ROW(b, x->lower[e].row), ROW(b, k));
+        for (int e = x->lower.start[k]; e < x->lower.start[k + 1]; e++)
+            add(count, SLOT(x->lower.from[e]), -1, ROW(b, x->lower.at[e]), ROW(b, k));
 }
 
 void kmp_reduction_lanes_solve(kmp_reduction_lanes *lanes, const double *rows)

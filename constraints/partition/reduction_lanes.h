@@ -5,26 +5,17 @@
  * allocation after kmp_reduction_lanes_init. */
 #pragma once
 
-#include "base/arena.h"
 #include "constraints/partition/reduction.h"
-
-/* An entry of a factor of Jv, or an elimination: slot `to` changes by the product of the other two. */
-typedef struct kmp_lane_entry {
-    int row, column, slot;
-} kmp_lane_entry;
-typedef struct kmp_lane_elimination {
-    int to, by, of;
-} kmp_lane_elimination;
+#include "constraints/partition/terms.h"
 
 typedef struct kmp_reduction_lanes {
     const kmp_reduction *red; /* its partition and pattern */
     kmp_arena arena;
     int p, r;
-    int *row, *column;                           /* r: rows of h and coordinates, by pivots */
-    int slots, *slot_of, *diagonal;              /* of factors; of the entries of Jv; of pivots */
-    int *lower_start, *upper_start, *eliminated; /* r + 1, by pivots: L by columns, U by rows */
-    kmp_lane_entry *lower, *upper;
-    kmp_lane_elimination *elimination;
+    int *row, *column;                  /* r: rows of h and coordinates, by pivots */
+    int slots, *slot_of, *diagonal;     /* of factors; of the entries of Jv; of pivots */
+    kmp_terms lower, upper;             /* slots of L by columns, of U by rows; both of pivots */
+    int *target;                        /* slots of the products of both, pivot by pivot, entry of L by entry */
     double *bound;                      /* of each entry of L: of its magnitude */
     int *pivot_of;                      /* r: of a position in v */
     int *ju_row, *ju_column;            /* of the entries of Ju: pivots, positions in u */

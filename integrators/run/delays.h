@@ -15,7 +15,7 @@ typedef struct kmp_delays kmp_delays;
 kempe_status kmp_delays_begin(kmp_runner *run, double t);
 void kmp_delays_free(kmp_runner *run);
 
-/** Records the last step up to t. */
+/** Records the last step up to t, which completes the past. */
 kempe_status kmp_delays_record(kmp_runner *run, double t);
 
 /** Notes that derivatives of this order and higher ones of all signals may jump at the end of the past. */

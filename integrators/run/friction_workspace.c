@@ -98,9 +98,5 @@ kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const
         if (status != KEMPE_OK)
             kmp_friction_state_free(state);
     }
-    if (status == KEMPE_OK)
-        *workspace = ws;
-    else
-        kempe_workspace_free(ws);
-    return status;
+    return KMP_GIVE_OR_FREE(status, workspace, ws, kempe_workspace_free);
 }

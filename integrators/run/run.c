@@ -330,11 +330,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
             status = kmp_event_tracker_begin(run->events.tracker, spec->t_start, &run->events.here);
         status = kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", spec->t_start);
     }
-    if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
-        *runner = run;
-    else
-        kmp_runner_free(run);
-    return status;
+    return KMP_GIVE_IF(status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED, status, runner, run,
+                       kmp_runner_free);
 }
 
 void kmp_runner_free(kmp_runner *run)
@@ -660,7 +657,7 @@ static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_program_
     kempe_status recalled = KEMPE_OK;
     bool any = run && kept->past;
     if (any && (status == KEMPE_OK || status == KEMPE_STOPPED))
-        recalled = kmp_runner_recall(run, kmp_runner_t(run));
+        recalled = kmp_delays_record(run, kmp_runner_t(run));
     kept->past = any ? kmp_past_copy(kept->past) : NULL;
     if (any)
         KMP_TRY(kmp_made(run->s->context, kept->past));

@@ -130,11 +130,6 @@ const double *kmp_runner_modes(const kmp_runner *run)
     return run->eval->mode;
 }
 
-kempe_status kmp_runner_recall(kmp_runner *run, double t)
-{
-    return kmp_delays_record(run, t);
-}
-
 double kmp_runner_rate_scale(const kmp_runner *run)
 {
     return run->rate_scale;

@@ -40,9 +40,6 @@ kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
  * of rates in the tolerances, the next step of a one-step method (0: another method), the method that replaces it. */
 const double *kmp_runner_modes(const kmp_runner *runner);
 
-/** Completes the past of delayed signals up to t within the last step. */
-kempe_status kmp_runner_recall(kmp_runner *runner, double t);
-
 double kmp_runner_rate_scale(const kmp_runner *runner);
 
 /** Passes an event at t, the end of the last step, as the next step would; *passed: there was one. */

@@ -65,9 +65,12 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
     if (!name)                                                                                                         \
     return kmp_fail_memory(context)
 
-/** The end of a function that makes an object: gives it to the caller, or frees it where the status is an error. */
+/** The end of a function that makes an object: gives it to the caller where it is `whole`, or else frees it; the
+ * second: unless the status is an error. */
+#define KMP_GIVE_IF(whole, status, out, made, release)                                                                 \
+    ((whole) ? (*(out) = (made), (status)) : ((release)(made), (status)))
 #define KMP_GIVE_OR_FREE(status, out, made, release)                                                                   \
-    (kmp_is_complete(status) ? (*(out) = (made), (status)) : ((release)(made), (status)))
+    KMP_GIVE_IF(kmp_is_complete(status), (status), (out), (made), (release))
 
 /* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
  * (NULL: it cannot). KMP_WANTED_BOTH: an object with a context, and another argument. KMP_GIVEN, in a getter: the value

@@ -611,14 +611,13 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_ensemble_result *b = result;
     const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
-    kmp_json json = kmp_json_begin(text);
     summary made;
     bool good = summarise(b, &made);
     kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
     s.doubted = b->status == KEMPE_UNTRUSTED;
-    kmp_print_head(&json, system, b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&s),
-                   kmp_is_complete(b->status) ? "" : "not every instance reached its end", system->build_s,
-                   b->warnings);
+    kmp_json json = kmp_print_head(
+        text, system, b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&s),
+        kmp_is_complete(b->status) ? "" : "not every instance reached its end", system->build_s, b->warnings);
     kmp_json_put(&json, "count %ld complete %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
     kmp_json_put(
         &json,

@@ -414,7 +414,7 @@ static kempe_status step_part(ensemble_part *p)
             status =
                 kmp_lane_steps_prepare(e, k - p->first, step->t[k], step->input_count, step->inputs, values_of(s, k));
     if (status == KEMPE_OK && !s->no_lanes)
-        status = kmp_lane_steps_run(e);
+        status = kmp_engine_run_pools(e);
     for (int k = p->first; k < end && status == KEMPE_OK; k++) {
         if (!moves(s, k))
             continue;

@@ -669,9 +669,5 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     status = kmp_context_verdict(context, status);
     r.folder->doubted = status == KEMPE_UNTRUSTED;
     r.folder->warnings = kmp_context_warnings(context);
-    if (status >= 0 || status == KEMPE_E_FAILED)
-        *folder = r.folder;
-    else
-        kempe_folder_free(r.folder);
-    return status;
+    return KMP_GIVE_IF(status >= 0 || status == KEMPE_E_FAILED, status, folder, r.folder, kempe_folder_free);
 }

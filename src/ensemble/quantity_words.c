@@ -59,10 +59,8 @@ typedef struct listing {
 
 KMP_NOINLINE static const kmp_expr *node(listing *l, kmp_expr e)
 {
-    kmp_expr *made = KMP_ARENA_NEW(l->arena, kmp_expr, 1);
+    const kmp_expr *made = kmp_expr_make(l->arena, e);
     l->failed = l->failed || !made;
-    if (made)
-        *made = e;
     return made;
 }
 
@@ -321,11 +319,10 @@ static const char *unit_of_expression(kempe_model *copy, adding *a, const kmp_ex
 static const kmp_expr *difference_of(kempe_model *copy, const kmp_expr *e, bool *or_equal)
 {
     bool less = e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST;
-    kmp_expr *made = KMP_ARENA_NEW(&copy->arena, kmp_expr, 1);
     *or_equal = e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST;
-    if (made)
-        *made = (kmp_expr){.kind = KMP_EXPR_SUB, .a = less ? e->a : e->b, .b = less ? e->b : e->a, .column = e->column};
-    return made;
+    return kmp_expr_make(
+        &copy->arena,
+        (kmp_expr){.kind = KMP_EXPR_SUB, .a = less ? e->a : e->b, .b = less ? e->b : e->a, .column = e->column});
 }
 
 static bool is_measure(const kmp_expr *e, const void *unused)

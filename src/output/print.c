@@ -158,27 +158,29 @@ void kmp_print_lines(kmp_json *json, const char *key, const char *lines)
     kmp_json_end(json);
 }
 
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
-                    double build_s, const char *warnings)
+kmp_json kmp_print_head(kmp_text *text, const kempe_system *system, kempe_outcome outcome, const char *reason,
+                        double build_s, const char *warnings)
 {
-    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, kempe_outcome_text(outcome),
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", system->model->name, kempe_outcome_text(outcome),
                  reason ? reason : "", build_s);
     /* Closures that stay open as drawn, where there are any. */
     bool some = false;
     for (int c = 0; c < system->model->closure_count; c++)
         some = some || system->misfit[c] > 0;
     if (some) {
-        kmp_json_put(json, "rounding { misfit {");
+        kmp_json_put(&json, "rounding { misfit {");
         for (int c = 0; c < system->model->closure_count; c++)
             if (system->misfit[c] > 0)
-                kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
-        kmp_json_put(json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
+                kmp_json_number(&json, system->model->closures[c].name, system->misfit[c] * system->length);
+        kmp_json_put(&json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
                      system->mended, system->mended_by * system->length, system->length);
     }
     if (system->model->flexible_count > 0)
-        put_flexible(json, system->model);
+        put_flexible(&json, system->model);
     if (warnings)
-        kmp_print_lines(json, "warnings", warnings);
+        kmp_print_lines(&json, "warnings", warnings);
+    return json;
 }
 
 void kmp_print_unused(kmp_text *text, const kempe_model *model)

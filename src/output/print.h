@@ -26,10 +26,10 @@ void kmp_print_title(kmp_text *text, const kempe_model *model, kempe_outcome out
 /** A list of strings in JSON: the lines of a text. */
 void kmp_print_lines(kmp_json *json, const char *key, const char *lines);
 
-/** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
+/** Begins the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_outcome outcome, const char *reason,
-                    double build_s, const char *warnings);
+kmp_json kmp_print_head(kmp_text *text, const kempe_system *system, kempe_outcome outcome, const char *reason,
+                        double build_s, const char *warnings);
 
 /** A line for each flexible body, after a label: the words of its terms of second order and of its frame. The head of a
  * JSON object has them as `flexible`. */
@@ -127,14 +127,17 @@ kempe_status kmp_print_result(kempe_context *context, kempe_format format, kmp_p
         return kmp_print_result((context), format, format == KEMPE_JSON ? (json) : (show), result, text);              \
     }
 
-/** The same of a result with a short text and a full one, KEMPE_FULL_TEXT. */
-#define KMP_PRINT_FULL(type, result, context, json, show, show_full)                                                   \
-    kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
+/** The same of a result with a short text and a full one, KEMPE_FULL_TEXT: show(text, result, full). */
+#define KMP_PRINT_FULL(type, result, context, json, show)                                                              \
+    static void type##_short(kmp_text *text, const void *result)                                                       \
     {                                                                                                                  \
-        KMP_WANTED(NULL, result, #result);                                                                             \
-        kmp_put_fn *put = format == KEMPE_JSON ? (json) : format == KEMPE_FULL_TEXT ? (show_full) : (show);            \
-        return kmp_print_result((context), format, put, result, text);                                                 \
-    }
+        show(text, result, false);                                                                                     \
+    }                                                                                                                  \
+    static void type##_full(kmp_text *text, const void *result)                                                        \
+    {                                                                                                                  \
+        show(text, result, true);                                                                                      \
+    }                                                                                                                  \
+    KMP_PRINT(type, result, context, json, format == KEMPE_FULL_TEXT ? type##_full : type##_short)
 
 /** The longest line of a text, in characters. */
 enum { KMP_PRINT_LINE = 100 };

@@ -425,8 +425,7 @@ void kmp_comfort_json(kmp_json *json, const kempe_comfort *c)
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
+    kmp_json json = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
     kmp_comfort_json(&json, c);
     kmp_json_end(&json);
 }

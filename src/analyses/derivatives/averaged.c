@@ -22,24 +22,17 @@ struct kmp_averaged {
     kempe_system *system;
 };
 
-static const kmp_expr *make(kmp_averaged *a, kmp_expr expr)
-{
-    kmp_expr *e = KMP_ARENA_NEW(&a->arena, kmp_expr, 1);
-    if (e)
-        *e = expr;
-    return e;
-}
-
 /* (next - y)/T; for a delay (u - y)/T */
 static const kmp_expr *rate_of(kmp_averaged *a, const kmp_state *state, int motion)
 {
-    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
-    const kmp_expr *change =
-        make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = state->next ? state->next : state->delayed, .b = own});
+    const kmp_expr *own = kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
+    const kmp_expr *change = kmp_expr_make(
+        &a->arena, (kmp_expr){.kind = KMP_EXPR_SUB, .a = state->next ? state->next : state->delayed, .b = own});
     const kmp_expr *time = state->delay.expr;
     if (!time)
-        time = make(a, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = state->next ? state->period : state->delay.value});
-    return make(a, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
+        time = kmp_expr_make(
+            &a->arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = state->next ? state->period : state->delay.value});
+    return kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
 }
 
 /* That of its comparison, which thus stays a condition, and y0 - y: the start value as a parameter, which has the name
@@ -50,10 +43,11 @@ static const kmp_expr *rate_of_constant(kmp_averaged *a, const kempe_model *give
     const int motion = kmp_model_coordinates(given) + k;
     const char *name = kmp_arena_printf(&a->arena, "state.%s", given->states[k].name);
     m->parameters[m->parameter_count] = (kmp_parameter){.name = name, .number = given->start.qd[motion]};
-    const kmp_expr *value = make(a, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count++});
-    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
-    const kmp_expr *change = make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = value, .b = own});
-    return make(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = kmp_state_rate(given, k), .b = change});
+    const kmp_expr *value =
+        kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count++});
+    const kmp_expr *own = kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
+    const kmp_expr *change = kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_SUB, .a = value, .b = own});
+    return kmp_expr_make(&a->arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = kmp_state_rate(given, k), .b = change});
 }
 
 static bool copy_model(kmp_averaged *a, const kempe_model *given)

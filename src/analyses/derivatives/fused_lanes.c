@@ -5,7 +5,6 @@
 #include "base/simd4.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "integrators/decide/closing.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/steppers/ode.h"
 #include <math.h>
@@ -83,6 +82,21 @@ static KMP_CLONES double size_of(int count, const double *change, const int *coo
         most = by * size > most ? by * size : most;
     }
     return most;
+}
+
+kmp_closing_move kmp_fused_lanes_correct(int count, const double *change, const int *coordinate, const double *scale,
+                                         double enough, double *last, double *q)
+{
+    if (!kmp_stage_lanes_finite(count, change))
+        return KMP_CLOSING_STOPS;
+    const double size = size_of(count, change, coordinate, scale);
+    const bool done = size <= enough, stalled = !done && !kmp_closing_contracts(size, *last);
+    if (stalled && size > KMP_CLOSED_ENOUGH)
+        return KMP_CLOSING_STOPS;
+    for (int i = 0; i < count; i++)
+        AT(q, coordinate[i]) += OF(change, i);
+    *last = size;
+    return done || stalled ? KMP_CLOSING_ENDS : KMP_CLOSING_GOES;
 }
 
 double kmp_fused_lanes_move(const kmp_fused_lanes *fused, const double *u, double *q)
@@ -168,17 +182,10 @@ int kmp_fused_lanes_run(kmp_fused_lanes *fused, double enough, const double *t, 
         if (said != KMP_GO || part->r == 0)
             return said;
         const double *dv = fused->end + (ptrdiff_t)(part->r * part->p) * W;
-        if (!kmp_stage_lanes_finite(part->r, dv))
-            return KMP_RETRY;
-        double size = size_of(part->r, dv, part->v, fused->red->eval->system->scale);
-        bool done = size <= enough, stalled = !done && !kmp_closing_contracts(size, last);
-        if (stalled && size > KMP_CLOSED_ENOUGH)
-            return KMP_RETRY;
-        for (int i = 0; i < part->r; i++)
-            AT(q, part->v[i]) += OF(dv, i);
-        if (done || stalled)
-            return KMP_GO;
-        last = size;
+        const kmp_closing_move move =
+            kmp_fused_lanes_correct(part->r, dv, part->v, fused->red->eval->system->scale, enough, &last, q);
+        if (move != KMP_CLOSING_GOES)
+            return move == KMP_CLOSING_ENDS ? KMP_GO : KMP_RETRY;
     }
     return KMP_RETRY;
 }

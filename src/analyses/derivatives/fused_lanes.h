@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/programs/reduced_program.h"
+#include "integrators/decide/closing.h"
 
 typedef struct kmp_fused_lanes {
     const kmp_reduction *red;
@@ -30,6 +31,11 @@ void kmp_fused_lanes_free(kmp_fused_lanes *fused);
 
 /** True if there is a program, and the charts are unchanged since it was written. */
 bool kmp_fused_lanes_applies(const kmp_fused_lanes *fused);
+
+/** Takes a correction of `count` coordinates of q in all lanes, the last one where it is at most `enough`, scaled, or
+ * no longer shrinks. *last: the size of the one before, INFINITY at the beginning. */
+kmp_closing_move kmp_fused_lanes_correct(int count, const double *change, const int *coordinate, const double *scale,
+                                         double enough, double *last, double *q);
 
 /** Moves v in q (n) along the tangent of the last pass, to u (p). Returns the largest change of u, scaled. */
 double kmp_fused_lanes_move(const kmp_fused_lanes *fused, const double *u, double *q);

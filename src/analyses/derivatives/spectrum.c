@@ -55,19 +55,11 @@ static double rounding(int n)
     return 64 * n * DBL_EPSILON;
 }
 
-/* out = L^-1 a L^-T; `row` has room for n. */
-static void congruence(int n, const double *l, const double *a, double *out, double *row)
+/* out = L^-1 a L^-T of the mass. */
+static void divide_by_mass(const pencil *w, const double *a, double *out)
 {
-    memcpy(out, a, bytes(n * n));
-    for (int j = 0; j < n; j++)
-        kmp_cholesky_forward(n, l, out + j * n);
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++)
-            row[j] = out[i + j * n];
-        kmp_cholesky_forward(n, l, row);
-        for (int j = 0; j < n; j++)
-            out[i + j * n] = row[j];
-    }
+    memcpy(out, a, bytes(w->p * w->p));
+    kmp_cholesky_congruence(w->p, w->l, out);
 }
 
 /* -- still shapes ------------------------------------------------------------------------------------ */
@@ -505,7 +497,7 @@ static int divide_led(pencil *w)
 {
     int p = w->p;
     double off = 0;
-    congruence(p, w->l, w->led, w->apart, w->row);
+    divide_by_mass(w, w->led, w->apart);
     for (int i = 0; i < p; i++)
         for (int j = 0; j < p; j++)
             off = fmax(off, fabs(w->apart[i + j * p] - (i == j)));
@@ -527,8 +519,8 @@ static int solve(pencil *w, kmp_spectrum *s, bool companion)
     int info = kmp_cholesky_factor(p, w->l);
     if (info)
         return info;
-    congruence(p, w->l, w->damping, w->g, w->row);
-    congruence(p, w->l, w->stiffness, w->k, w->row);
+    divide_by_mass(w, w->damping, w->g);
+    divide_by_mass(w, w->stiffness, w->k);
     if (w->led && (info = divide_led(w)) != 0)
         return info;
     double k_norm = norm_of(p * p, w->k), g_norm = norm_of(p * p, w->g);

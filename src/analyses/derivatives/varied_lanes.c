@@ -10,7 +10,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
-#include "integrators/decide/closing.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/steppers/ode.h"
@@ -178,24 +177,6 @@ static double move_along(kmp_varied_lanes *x, const double *u)
     return most;
 }
 
-/* The largest component of the last correction, scaled; infinite if one is not finite. */
-static double correction_size(const kmp_varied_lanes *x)
-{
-    const kmp_reduction_lanes *r = &x->red;
-    double most = 0;
-    if (!kmp_stage_lanes_finite(r->r, r->dv))
-        return INFINITY;
-    for (int i = 0; i < r->r; i++) {
-        double size = 0, by = 1 / x->v->system->scale[r->column[i]];
-        for (int l = 0; l < W; l++) {
-            double of = fabs(r->dv[i * W + l]);
-            size = of > size ? of : size;
-        }
-        most = by * size > most ? by * size : most;
-    }
-    return most;
-}
-
 /* Takes the order of elimination at the last anchor. */
 static bool take_order(kmp_varied_lanes *x)
 {
@@ -271,15 +252,10 @@ static int close_lanes(kmp_varied_lanes *x, const double *t, double enough)
         if (!kmp_reduction_lanes_factor(&x->red, x->jacobian))
             return KMP_APART;
         kmp_reduction_lanes_solve(&x->red, h);
-        double size = correction_size(x);
-        bool done = size <= enough, stalled = !done && !kmp_closing_contracts(size, last);
-        if (stalled && size > KMP_CLOSED_ENOUGH)
-            return KMP_RETRY;
-        for (int i = 0; i < x->red.r; i++)
-            AT(x->q, x->red.column[i]) += OF(x->red.dv, i);
-        if (done || stalled)
-            return KMP_GO;
-        last = size;
+        const kmp_closing_move move =
+            kmp_fused_lanes_correct(x->red.r, x->red.dv, x->red.column, x->v->system->scale, enough, &last, x->q);
+        if (move != KMP_CLOSING_GOES)
+            return move == KMP_CLOSING_ENDS ? KMP_GO : KMP_RETRY;
     }
     return KMP_RETRY;
 }

@@ -336,8 +336,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
 static void json_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, e->system, kmp_outcome_of(e->status), "", e->system->build_s, e->warnings);
+    kmp_json j = kmp_print_head(text, e->system, kmp_outcome_of(e->status), "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
     kmp_json_put(&j, "count %d starts %d others [", e->count, e->starts);
     for (int k = 1; k < e->count; k++) {

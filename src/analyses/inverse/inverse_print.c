@@ -194,8 +194,7 @@ static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r
 static void json(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, r->system, kempe_inverse_outcome(r), r->reason, r->build_s, r->warnings);
+    kmp_json j = kmp_print_head(text, r->system, kempe_inverse_outcome(r), r->reason, r->build_s, r->warnings);
     static const char *const words[] = {"drives", "table", "start"};
     const char *efforts = r->rank < r->freedoms ? "least squares" : r->a > r->freedoms ? "least norm" : "definite";
     kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);

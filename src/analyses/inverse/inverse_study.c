@@ -685,11 +685,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     j.r->warnings = kmp_context_warnings(j.context);
     status = kmp_context_verdict(j.context, status);
     j.r->status = status == KEMPE_UNTRUSTED ? status : j.r->status;
-    if (ready && kmp_has_result(status))
-        *inverse = j.r;
-    else
-        kempe_inverse_free(j.r);
-    return status;
+    return KMP_GIVE_IF(ready && kmp_has_result(status), status, inverse, j.r, kempe_inverse_free);
 }
 
 /* -- queries ------------------------------------------------------------------------------------------ */

@@ -169,8 +169,7 @@ static void show_all(kmp_text *text, const void *result)
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, k->system, kmp_outcome_of(k->status), k->reason, k->system->build_s, k->warnings);
+    kmp_json j = kmp_print_head(text, k->system, kmp_outcome_of(k->status), k->reason, k->system->build_s, k->warnings);
     kmp_json_array(&j, "driven");
     for (int i = 0; i < k->parameter_count; i++) {
         const kmp_sweep_parameter *parameter = &k->parameter[i];

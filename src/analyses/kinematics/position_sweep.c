@@ -762,11 +762,8 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
     bool something = k->count > 0 || k->dead_count > 0; /* reported even after a failure */
-    if (status >= 0 || (status == KEMPE_E_FAILED && something))
-        *kinematics = k;
-    else
-        kempe_kinematics_free(k);
-    return status;
+    return KMP_GIVE_IF(status >= 0 || (status == KEMPE_E_FAILED && something), status, kinematics, k,
+                       kempe_kinematics_free);
 }
 
 KMP_FREES(kempe_kinematics, k, kmp_free(k->warnings), kmp_free(k->change), kmp_arena_free(&k->arena))

@@ -7,18 +7,11 @@
 #include "model/data/variant.h"
 #include <string.h>
 
-static const kmp_expr *node(kmp_arena *arena, kmp_expr expr)
-{
-    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
-    if (made)
-        *made = expr;
-    return made;
-}
-
 /* A number of the start as an expression. */
 static const kmp_expr *expr_of(kmp_arena *arena, const kmp_number *number)
 {
-    return number->expr ? number->expr : node(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value});
+    return number->expr ? number->expr
+                        : kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value});
 }
 
 kempe_status kmp_driven_model(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
@@ -34,15 +27,15 @@ kempe_status kmp_driven_model(const kempe_model *model, const kmp_driven *driven
             /* Drives a coordinate from its start value at the rate of the start: q = q_0 + qd_0 t. */
             int motion = driven->motion[k];
             kmp_arena *a = &m->arena;
-            const kmp_expr *time = node(a, (kmp_expr){.kind = KMP_EXPR_TIME});
+            const kmp_expr *time = kmp_expr_make(a, (kmp_expr){.kind = KMP_EXPR_TIME});
             const kmp_expr *from = expr_of(a, &m->start.q[motion]), *rate = expr_of(a, &m->start.qd[motion]);
-            const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
+            const kmp_expr *way = kmp_expr_make(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
             m->closures[m->closure_count++] = (kmp_closure){
                 .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
                 .kind = KMP_CLOSURE_drive,
                 .point = {-1, -1},
                 .motion = motion,
-                .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
+                .function = kmp_expr_make(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
             };
             m->start.qd_given[motion] = false; /* the drive has it */
         }

@@ -203,16 +203,6 @@ static void show_parts(kmp_text *text, const kempe_limit_cycles *c, bool all)
         kmp_text_printf(text, "More: %s-o FILE.csv, --svg FILE\n", all ? "" : "--all (every cycle), ");
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
 
 static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
@@ -238,8 +228,7 @@ static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle
 static void json(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), c->reason ? c->reason : "", 0, c->warnings);
+    kmp_json j = kmp_print_head(text, c->system, kmp_outcome_of(c->status), c->reason, 0, c->warnings);
     kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g hopf [", c->name, c->from, c->to, c->cpu_s);
     for (int k = 0; k < c->locus.critical_count; k++) {
         const kmp_critical *at = &c->locus.critical[k];
@@ -257,7 +246,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-KMP_PRINT_FULL(kempe_limit_cycles, cycles, cycles->system->context, json, show, show_full)
+KMP_PRINT_FULL(kempe_limit_cycles, cycles, cycles->system->context, json, show_parts)
 
 static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
 {

@@ -771,11 +771,8 @@ kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limi
     c->status = status = kmp_context_verdict(system->context, status);
     c->warnings = kmp_context_warnings(system->context);
     c->cpu_s = kmp_cpu_now() - begin;
-    if (kmp_is_complete(status) || (status == KEMPE_STOPPED && c->name))
-        *cycles = c;
-    else
-        kempe_limit_cycles_free(c);
-    return status;
+    return KMP_GIVE_IF(kmp_is_complete(status) || (status == KEMPE_STOPPED && c->name), status, cycles, c,
+                       kempe_limit_cycles_free);
 }
 
 KMP_FREES(kempe_limit_cycles, cycles, kmp_shooting_free(&cycles->shooting), kmp_flow_free(cycles->flow),

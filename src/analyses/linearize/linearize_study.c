@@ -536,16 +536,6 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
     show_matrices(text, l, all);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 static void json_names(kmp_json *j, const char *key, const kmp_names *names)
@@ -575,8 +565,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
+    kmp_json j = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_put(&j, "at %s state %s residual %g", c->at->equilibrium ? "equilibrium" : "start",
                  c->goes_on ? "steady"
                  : c->rests ? "rests"
@@ -606,4 +595,4 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT_FULL(kempe_linearization, linearization, linearization->channels.system->context, json, show, show_full)
+KMP_PRINT_FULL(kempe_linearization, linearization, linearization->channels.system->context, json, show_parts)

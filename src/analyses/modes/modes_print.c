@@ -448,16 +448,6 @@ static void show_parts(kmp_text *text, const kempe_modes *m, bool all)
                         is_swept(m) ? "; values of the sweep: -o FILE.csv, --svg FILE" : "");
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 static void json_pair(kmp_json *j, const char *key, double re, double im)
@@ -568,13 +558,13 @@ void kmp_modes_json(kmp_json *j, const kempe_modes *m)
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
+    kmp_json json =
+        kmp_print_head(text, m->system, kmp_outcome_of(m->status), m->reason, m->system->build_s, m->warnings);
     kmp_modes_json(&json, m);
     kmp_json_put(&json, "cpu_s %g }", m->cpu_s);
 }
 
-KMP_PRINT_FULL(kempe_modes, modes, modes->system->context, json_all, show, show_full)
+KMP_PRINT_FULL(kempe_modes, modes, modes->system->context, json_all, show_parts)
 
 static void fill_modes(kempe_table *table, const void *result)
 {

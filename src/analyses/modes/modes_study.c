@@ -221,11 +221,8 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     m->status = status = kmp_context_verdict(system->context, status);
     m->warnings = kmp_context_warnings(system->context);
     m->cpu_s = kmp_cpu_now() - begin;
-    if (kmp_is_complete(status) || (status == KEMPE_STOPPED && m->reason))
-        *modes = m;
-    else
-        kempe_modes_free(m);
-    return status;
+    return KMP_GIVE_IF(kmp_is_complete(status) || (status == KEMPE_STOPPED && m->reason), status, modes, m,
+                       kempe_modes_free);
 }
 
 KMP_FREES(kempe_modes, modes, kmp_modes_free(&modes->modes), kmp_locus_free(&modes->locus),

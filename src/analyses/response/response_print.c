@@ -143,16 +143,6 @@ static void show_parts(kmp_text *text, const kempe_response *r, bool all)
     kmp_text_printf(text, "  Rounding changes the response by at most %.1e of it\n", f->worst);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 /* Amplitude and phase of one pair over all frequencies; null on poles. */
@@ -176,8 +166,7 @@ static void json(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
     const kmp_frequency *f = &r->frequency;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
+    kmp_json j = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
@@ -213,7 +202,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-KMP_PRINT_FULL(kempe_response, response, response->channels.system->context, json, show, show_full)
+KMP_PRINT_FULL(kempe_response, response, response->channels.system->context, json, show_parts)
 
 /* -- picture ------------------------------------------------------------------------------------------------ */
 

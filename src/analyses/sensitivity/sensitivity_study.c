@@ -433,8 +433,8 @@ static void put_text(kmp_text *text, const void *result)
 static void put_json(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, s->system, kmp_outcome_checked(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
+    kmp_json json = kmp_print_head(text, s->system, kmp_outcome_checked(s->status, !s->unchecked), s->reason,
+                                   s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
     if (s->t_end > 0) {
         kmp_json_put(&json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end,

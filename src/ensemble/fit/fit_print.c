@@ -198,8 +198,7 @@ static void put_json(kmp_text *text, const void *result)
     sum_times(f, &cpu_s, &build_s);
     for (int k = 0; k < f->run_count; k++)
         count += f->run[k].measured.rows;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, rows->system, kmp_outcome_of(f->status), f->reason, build_s, f->warnings);
+    kmp_json json = kmp_print_head(text, rows->system, kmp_outcome_of(f->status), f->reason, build_s, f->warnings);
     kmp_json_put(&json,
                  "data %s rows %d measurements %d search %s searches %d iterations %d runs %d shortened %d refusal %s",
                  f->run[0].file, count, f->residuals, outcomes[f->outcome], f->searches, f->iterations, f->evaluations,

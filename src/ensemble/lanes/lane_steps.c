@@ -338,11 +338,6 @@ kempe_status kmp_lane_steps_prepare(kmp_engine *e, int i, double end, int count,
     return take_inputs(e, i);
 }
 
-kempe_status kmp_lane_steps_run(kmp_engine *e)
-{
-    return kmp_engine_run_pools(e);
-}
-
 bool kmp_lane_steps_settle(kmp_engine *e, int i)
 {
     kmp_instance *x = &e->instances[i];

@@ -24,11 +24,9 @@ const char *kmp_lane_steps_absence(const kmp_engine *e, int i);
 kempe_status kmp_lane_steps_prepare(kmp_engine *e, int i, double end, int count, const int *inputs,
                                     const double *values);
 
-/** Makes the steps of all instances that were prepared. */
-kempe_status kmp_lane_steps_run(kmp_engine *e);
-
-/** After that, for each of them. True: it is at its end, and its row is there. False: it is where its step began,
- * because an interrupt ended the call or lanes cannot take it further (kmp_lane_steps_absence). */
+/** After kmp_engine_run_pools, for each instance that was prepared. True: it is at its end, and its row is there.
+ * False: it is where its step began, because an interrupt ended the call or lanes cannot take it further
+ * (kmp_lane_steps_absence). */
 bool kmp_lane_steps_settle(kmp_engine *e, int i);
 
 /** Takes an instance out of the lanes, at the end of a step that took far more steps of the integrator than a smooth

@@ -189,9 +189,8 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_optimum *o = result;
     const kmp_quantity_list *list = o->objective.list;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, kmp_ensemble_equations(o->objective.ensemble), kmp_outcome_of(o->status), o->reason, 0,
-                   o->warnings);
+    kmp_json json = kmp_print_head(text, kmp_ensemble_equations(o->objective.ensemble), kmp_outcome_of(o->status),
+                                   o->reason, 0, o->warnings);
     kmp_json_put(&json, "goal %s quantity %s value %g unit %s method %s obstacle %s search %s",
                  o->most_wanted ? "maximize" : "minimize", o->quantity, o->at_best[0], list->unit[0], o->method,
                  o->objective.obstacle, outcomes[o->search[o->best].outcome]);

@@ -1,8 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Complete pivoting only for pivots, and counts of operations. Loops run down columns, as compilers vectorise them. */
+/* A congruence, complete pivoting only for pivots, and counts of operations. Loops run down columns, as compilers
+ * vectorise them. */
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <stddef.h>
+
+void kmp_cholesky_congruence(int n, const double *l, double *a)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < n; k++)
+            kmp_cholesky_forward(n, l, a + (ptrdiff_t)n * k);
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < i; j++) {
+                const double kept = a[i + n * j];
+                a[i + n * j] = a[j + n * i];
+                a[j + n * i] = kept;
+            }
+    }
+}
 
 /* -- counts ---------------------------------------------------------------------------------------- */
 

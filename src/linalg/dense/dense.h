@@ -18,6 +18,9 @@ static inline void kmp_flops_add(kmp_flops *sum, long times, kmp_flops f)
     sum->root += times * f.root;
 }
 
+/** a (n x n) <- L^-1 a L^-T, with the factor of kmp_cholesky_factor. */
+void kmp_cholesky_congruence(int n, const double *l, double *a);
+
 kmp_flops kmp_lu_flops(int n);
 kmp_flops kmp_cholesky_factor_flops(int n);
 kmp_flops kmp_cholesky_solve_flops(int n);

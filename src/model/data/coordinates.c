@@ -70,17 +70,9 @@ static kmp_measure_argument axis_on(kmp_arena *arena, const kmp_measure_argument
     return argument;
 }
 
-static const kmp_expr *make(kmp_arena *arena, kmp_expr expr)
-{
-    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
-    if (made)
-        *made = expr;
-    return made;
-}
-
 static const kmp_expr *number(kmp_arena *arena, double value)
 {
-    return make(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
+    return kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value});
 }
 
 /* The angle from u on the first body to u on the second about w, both axes of the chain. */
@@ -96,8 +88,8 @@ static const kmp_expr *rise(kmp_arena *arena, const kmp_measure_argument end[2],
 {
     const kmp_measure_argument axes[] = {axis_on(arena, &end[0], m, 0), axis_on(arena, &end[1], m, 2)};
     const kmp_expr *right = number(arena, 1.57079632679489661923);
-    return make(arena,
-                (kmp_expr){.kind = KMP_EXPR_SUB, .a = right, .b = kmp_expr_measure(arena, KMP_MEASURE_ANGLE, 2, axes)});
+    return kmp_expr_make(
+        arena, (kmp_expr){.kind = KMP_EXPR_SUB, .a = right, .b = kmp_expr_measure(arena, KMP_MEASURE_ANGLE, 2, axes)});
 }
 
 /* The way of the second point along axis k of the first body. */
@@ -111,8 +103,9 @@ static const kmp_expr *slide(kmp_arena *arena, const kmp_measure_argument end[2]
             continue;
         kmp_expr component = *place;
         component.number = i;
-        part = make(arena, (kmp_expr){.kind = KMP_EXPR_MUL, .a = number(arena, m[i][k]), .b = make(arena, component)});
-        sum = sum ? make(arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = sum, .b = part}) : part;
+        part = kmp_expr_make(
+            arena, (kmp_expr){.kind = KMP_EXPR_MUL, .a = number(arena, m[i][k]), .b = kmp_expr_make(arena, component)});
+        sum = sum ? kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = sum, .b = part}) : part;
     }
     return sum;
 }
@@ -135,7 +128,7 @@ const kmp_expr *kmp_cut_coordinate_of(kmp_arena *arena, const char *name, const 
         return NULL;
     *written = (kmp_measure){.kind = KMP_MEASURE_KINDS, .word = "q", .components = 1, .count = 1};
     written->argument[0] = (kmp_measure_argument){.point = -1, .axis = -1, .name = name};
-    return make(arena, (kmp_expr){.kind = KMP_EXPR_CUT, .a = value, .measure = written});
+    return kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_CUT, .a = value, .measure = written});
 }
 
 int kmp_cut_coordinate_find(const kempe_model *model, const char *name)

@@ -101,12 +101,11 @@ int kmp_parameter_find(const kempe_model *model, const char *name)
 static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
 {
     kempe_model *m = &v->model;
-    kmp_expr *e = KMP_ARENA_NEW(&m->arena, kmp_expr, 1);
+    const kmp_expr *e = kmp_expr_make(&m->arena, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count});
     const char *kept = kmp_arena_strdup(&m->arena, name);
     kmp_number *number = rate ? &m->start.qd[motion] : &m->start.q[motion];
     if (!e || !kept)
         return -1;
-    *e = (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count};
     m->parameters[m->parameter_count] = (kmp_parameter){.name = kept, .number = {.value = number->value}};
     number->expr = e;
     (rate ? m->start.qd_given : m->start.q_given)[motion] = true;

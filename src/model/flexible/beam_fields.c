@@ -4,7 +4,7 @@
  * (Antman 2005, chapter 8). Angles about x, y and z of R_z R_y R_x: theta + ax(R2)/2 + (theta_2 theta_3, -theta_1
  * theta_3, theta_1 theta_2)/2. */
 #include "model/flexible/beam_fields.h"
-#include "linalg/dense/factors.h"
+#include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -268,27 +268,13 @@ static void diagonalise(int n, double *a, double *x)
     }
 }
 
-static void transpose(int n, double *a)
-{
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < i; j++) {
-            double kept = a[i + n * j];
-            a[i + n * j] = a[j + n * i];
-            a[j + n * i] = kept;
-        }
-}
-
 bool kmp_beam_modes(int n, double *stiffness, double *mass, double *x, double *values)
 {
     double kept[KMP_BEAM_MOST * KMP_BEAM_MOST] = {0};
     int order[KMP_BEAM_MOST];
     if (kmp_cholesky_factor(n, stiffness) != 0)
         return false;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < n; k++)
-            kmp_cholesky_forward(n, stiffness, mass + (ptrdiff_t)n * k);
-        transpose(n, mass);
-    }
+    kmp_cholesky_congruence(n, stiffness, mass);
     for (int i = 0; i < n; i++)
         kept[i + n * i] = 1;
     diagonalise(n, mass, kept);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/modal_body.h"
 #include "base/memory.h"
-#include "linalg/dense/factors.h"
+#include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/dense/three.h"
 #include "model/language/number_algebra.h"
@@ -33,16 +33,7 @@ bool kmp_modal_values(kmp_arena *arena, int n, const double *stiffness, const do
     memcpy(x, stiffness, bytes);
     if (kmp_cholesky_factor(n, l) != 0)
         return false;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < n; k++)
-            kmp_cholesky_forward(n, l, x + (ptrdiff_t)n * k);
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < i; j++) {
-                const double kept = x[i * n + j];
-                x[i * n + j] = x[j * n + i];
-                x[j * n + i] = kept;
-            }
-    }
+    kmp_cholesky_congruence(n, l, x);
     if (!eigen(arena, n, x, values))
         return false;
     for (int k = 0; k < n; k++)

@@ -116,17 +116,21 @@ const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
+const kmp_expr *kmp_expr_make(kmp_arena *arena, kmp_expr expr)
+{
+    kmp_expr *node = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (node)
+        *node = expr;
+    return node;
+}
+
 const kmp_expr *kmp_parse_make(kmp_parser *p, const char *where, kmp_expr expr)
 {
     if (++p->nodes > KMP_MOST_EXPRESSION_NODES)
         return kmp_parse_complain(p, p->text, "the expression is too long: more than %d operations and operands",
                                   KMP_MOST_EXPRESSION_NODES);
-    kmp_expr *node = KMP_ARENA_NEW(p->scope->arena, kmp_expr, 1);
-    if (!node)
-        return NULL;
-    *node = expr;
-    node->column = kmp_parse_column(p, where);
-    return node;
+    expr.column = kmp_parse_column(p, where);
+    return kmp_expr_make(p->scope->arena, expr);
 }
 
 KMP_NOINLINE static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,

@@ -262,5 +262,8 @@ bool kmp_function_yields(const char *name);
 /** Its word, "" if it is not said. */
 const char *kmp_outside_word(kmp_outside outside);
 
+/** A node in the arena; NULL: no memory. */
+const kmp_expr *kmp_expr_make(kmp_arena *arena, kmp_expr expr);
+
 /** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory. */
 const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals);

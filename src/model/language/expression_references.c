@@ -188,14 +188,12 @@ const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int co
                                  const kmp_measure_argument *argument)
 {
     kmp_measure *measure = KMP_ARENA_NEW(arena, kmp_measure, 1);
-    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
-    if (!measure || !expr)
+    if (!measure)
         return NULL;
     *measure =
         (kmp_measure){.kind = kind, .word = rows[kind].word, .components = rows[kind].components, .count = count};
     memcpy(measure->argument, argument, (size_t)count * sizeof *argument);
-    *expr = (kmp_expr){.kind = KMP_EXPR_MEASURE, .measure = measure};
-    return expr;
+    return kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_MEASURE, .measure = measure});
 }
 
 /* True if the only argument is the name of a coordinate: no point. */
@@ -289,10 +287,7 @@ const kmp_expr *kmp_expr_acceleration(const kmp_expr *expr)
 
 const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of)
 {
-    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
-    if (expr)
-        *expr = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
-    return expr;
+    return kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_RATE, .a = of});
 }
 
 /* True for what has no separate rate here: rates, multipliers, variables whose equations are being read. */

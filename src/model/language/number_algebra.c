@@ -9,26 +9,20 @@ static bool is_literal(kmp_number a, double value)
     return !a.expr && a.value == value;
 }
 
-/* A number as an operand; a literal keeps its symbol. */
-static const kmp_expr *operand(kmp_arena *arena, kmp_number a)
+const kmp_expr *kmp_number_expr(kmp_arena *arena, kmp_number a)
 {
-    kmp_expr *leaf = a.expr ? NULL : KMP_ARENA_NEW(arena, kmp_expr, 1);
-    if (leaf)
-        *leaf = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value, .symbol = a.symbol};
-    return leaf ? leaf : a.expr;
+    const kmp_expr leaf = {.kind = KMP_EXPR_NUMBER, .value = a.value, .symbol = a.symbol};
+    return a.expr ? a.expr : kmp_expr_make(arena, leaf);
 }
 
 static kmp_number join(kmp_arena *arena, kmp_expr node, kmp_number a, const kmp_number *b, double value)
 {
     if (!a.expr && !(b && b->expr))
         return (kmp_number){.value = value};
-    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
-    node.a = operand(arena, a);
-    node.b = b ? operand(arena, *b) : NULL;
-    if (!made || !node.a || (b && !node.b))
-        return (kmp_number){.value = value};
-    *made = node;
-    return (kmp_number){.value = value, .expr = made};
+    node.a = kmp_number_expr(arena, a);
+    node.b = b ? kmp_number_expr(arena, *b) : NULL;
+    const bool whole = node.a && (node.b || !b);
+    return (kmp_number){.value = value, .expr = whole ? kmp_expr_make(arena, node) : NULL};
 }
 
 kmp_number kmp_number_add(kmp_arena *arena, kmp_number a, kmp_number b)

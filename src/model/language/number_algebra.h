@@ -5,6 +5,9 @@
 
 #include "model/language/expression.h"
 
+/** A number as an operand; a literal keeps its symbol. NULL: no memory. */
+const kmp_expr *kmp_number_expr(kmp_arena *arena, kmp_number a);
+
 kmp_number kmp_number_add(kmp_arena *arena, kmp_number a, kmp_number b);
 kmp_number kmp_number_subtract(kmp_arena *arena, kmp_number a, kmp_number b);
 kmp_number kmp_number_times(kmp_arena *arena, kmp_number a, kmp_number b);

@@ -62,9 +62,8 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
     for (const kmp_expr *e = *sum; e; e = e->kind == KMP_EXPR_ADD ? e->b : NULL)
         if (kmp_expr_same_leaf(e->kind == KMP_EXPR_ADD ? e->a : e, leaf))
             return;
-    kmp_expr *more = *sum ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
-    if (more)
-        *more = (kmp_expr){.kind = KMP_EXPR_ADD, .a = leaf, .b = *sum};
+    const kmp_expr *more =
+        *sum ? kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = leaf, .b = *sum}) : NULL;
     *sum = more ? more : leaf;
 }
 

@@ -142,13 +142,12 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         return;
     }
     if (table) { /* y = table(x), as an expression */
-        kmp_expr *x = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *of = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
         closure->table = kmp_read_table_name(r, table, what);
-        if (closure->table && x && of) {
-            *x = (kmp_expr){.kind = KMP_EXPR_PLACE};
-            *of = (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x};
+        const kmp_expr *x = kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_PLACE});
+        const kmp_expr *of =
+            kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = closure->table, .a = x});
+        if (closure->table && x && of)
             add_curve(closure, of, 1);
-        }
     }
     if (y)
         read_curve_expression(r, y, kmp_reader_say(r, "%s: y", what), 1, closure);

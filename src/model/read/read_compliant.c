@@ -7,6 +7,7 @@
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/language/number_algebra.h"
 #include "model/read/read_contacts.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
@@ -34,10 +35,7 @@ typedef struct geometry {
 /* A number as an expression; a formula of this program over locals; a further local. NULL: no memory. */
 static const kmp_expr *read_as_expr(kmp_reader *r, const kmp_number *number)
 {
-    kmp_expr *e = number->expr ? NULL : KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value, .symbol = number->symbol};
-    return number->expr ? number->expr : e;
+    return kmp_number_expr(&r->model->arena, *number);
 }
 
 static const kmp_expr *read_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
@@ -79,11 +77,11 @@ typedef struct plane_motion {
 
 static const kmp_expr *coordinate(kmp_reader *r, kmp_expr_kind kind, const kmp_body *body, int number)
 {
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    for (int k = body->first_motion; e && k < body->first_motion + body->motion_count; k++)
+    kmp_expr e = {.kind = KMP_EXPR_NUMBER};
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
         if (r->model->motions[k].number == number)
-            *e = (kmp_expr){.kind = kind, .index = k};
-    return e;
+            e = (kmp_expr){.kind = kind, .index = k};
+    return kmp_expr_make(&r->model->arena, e);
 }
 
 /* A component of a measure of the second point in the axes of the first. */
@@ -94,12 +92,11 @@ static const kmp_expr *component(kmp_reader *r, kmp_measure_kind kind, const int
         !kmp_reader_measure_argument(r, point[0], -1, &arguments[1]))
         return NULL;
     const kmp_expr *whole = kmp_expr_measure(&r->model->arena, kind, 2, arguments);
-    kmp_expr *e = whole ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
-    if (e) {
-        *e = *whole;
-        e->number = number;
-    }
-    return e;
+    if (!whole)
+        return NULL;
+    kmp_expr e = *whole;
+    e.number = number;
+    return kmp_expr_make(&r->model->arena, e);
 }
 
 static void place_between(const geometry *c, const int point[2], int normal, plane_motion *out)
@@ -222,10 +219,7 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
 
 static const kmp_expr *rate_of(kmp_reader *r, const kmp_expr *of)
 {
-    kmp_expr *e = of ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
-    return e;
+    return of ? kmp_expr_rate(&r->model->arena, of) : NULL;
 }
 
 /* The velocity of its surface along the bearing, where its centre is at the distance c: elsewhere there is no contact,

@@ -60,22 +60,13 @@ static bool fail(entry *e)
     return false;
 }
 
-/* A positive number without a separate name: the constants that it is a part of have none. */
-static bool read_positive(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *number)
+/* A number without a separate name: the constants that it is a part of have none. */
+static bool read_unnamed(entry *e, const kmp_yaml *node, const char *what, kmp_field_rule rule, kmp_dimension unit,
+                         kmp_number *number)
 {
-    if (!kmp_read_number(e->r, node, what, unit, number) ||
-        !kmp_check_rule(e->r, node, what, KMP_FIELD_POSITIVE, number->value, ""))
+    if (!kmp_read_number(e->r, node, what, unit, number) || !kmp_check_rule(e->r, node, what, rule, number->value, ""))
         return fail(e);
     number->symbol = 0;
-    return true;
-}
-
-static bool read_not_negative(entry *e, const kmp_yaml *node, const char *what, kmp_dimension unit, kmp_number *to)
-{
-    if (!kmp_read_number(e->r, node, what, unit, to) ||
-        !kmp_check_rule(e->r, node, what, KMP_FIELD_NOT_NEGATIVE, to->value, ""))
-        return fail(e);
-    to->symbol = 0;
     return true;
 }
 
@@ -85,7 +76,7 @@ static bool read_wanted(entry *e, const kmp_yaml *map, const kmp_key *keys, cons
 {
     const kmp_yaml *node = kmp_yaml_get(map, key);
     if (node)
-        return read_positive(e, node, say(e, key), kmp_key_dimension(keys, key), number);
+        return read_unnamed(e, node, say(e, key), KMP_FIELD_POSITIVE, kmp_key_dimension(keys, key), number);
     if (!reason[0])
         return false;
     kmp_reader_complain(e->r, map->place, "the beam of %s has no key '%s': %s", e->body, key, reason);
@@ -103,7 +94,8 @@ static bool read_two(entry *e, const kmp_yaml *map, const char *key, const char 
     }
     bool good = kmp_read_list(e->r, node, say(e, key), 2);
     for (int k = 0; k < 2 && good; k++)
-        good = read_positive(e, node->items[k], say(e, key), kmp_key_dimension(beam_keys, key), &two[k]);
+        good = read_unnamed(e, node->items[k], say(e, key), KMP_FIELD_POSITIVE, kmp_key_dimension(beam_keys, key),
+                            &two[k]);
     return good || fail(e);
 }
 
@@ -297,8 +289,7 @@ static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bo
     d[1] = number(0);
     for (int k = 0; k < 2 - one && good; k++) {
         const kmp_yaml *own = one ? node : node->items[k];
-        good = at_end ? read_not_negative(e, own, what, KMP_DIM_LENGTH, &d[k])
-                      : read_positive(e, own, what, KMP_DIM_LENGTH, &d[k]);
+        good = read_unnamed(e, own, what, at_end ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, KMP_DIM_LENGTH, &d[k]);
     }
     if (good && ring && !(d[0].value > d[1].value)) {
         kmp_reader_complain(e->r, node->place, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m",
@@ -525,7 +516,8 @@ static bool read_shear_modulus(entry *e, const kmp_yaml *map, kmp_number young, 
                             e->body);
         return fail(e);
     }
-    if (shear && read_positive(e, shear, say(e, "shear"), kmp_key_dimension(beam_keys, "shear"), modulus))
+    if (shear &&
+        read_unnamed(e, shear, say(e, "shear"), KMP_FIELD_POSITIVE, kmp_key_dimension(beam_keys, "shear"), modulus))
         *poisson = plus(e, over(e, young, scale(e, 2, *modulus)), number(-1));
     if (ratio && !kmp_read_number(e->r, ratio, say(e, "poisson"), KMP_DIM_NUMBER, poisson))
         return fail(e);
@@ -690,10 +682,10 @@ static void read_damping(entry *e, const kmp_yaml *map)
     if (!node || (kind == 1 && !kmp_read_list(e->r, node, of, 2)))
         fail(e);
     else if (kind == 0)
-        read_not_negative(e, node, of, KMP_DIM_NUMBER, &e->beam.ratio);
+        read_unnamed(e, node, of, KMP_FIELD_NOT_NEGATIVE, KMP_DIM_NUMBER, &e->beam.ratio);
     else
         for (int k = 0; k < 2; k++)
-            read_not_negative(e, node->items[k], of, KMP_DIM(0, 0, 2 * k - 1), &e->beam.rayleigh[k]);
+            read_unnamed(e, node->items[k], of, KMP_FIELD_NOT_NEGATIVE, KMP_DIM(0, 0, 2 * k - 1), &e->beam.rayleigh[k]);
 }
 
 /* -- the whole key ----------------------------------------------------------------------------------- */

@@ -101,10 +101,7 @@ typedef struct level_reading {
 
 static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
 {
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b};
-    return e;
+    return kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b});
 }
 
 /* A level, or a coefficient times a reaction, and times a radius if there is one. */
@@ -128,13 +125,10 @@ static const kmp_expr *read_side(const level_reading *x, const kmp_yaml *node)
         const double value = constant ? kmp_expr_value(factor, x->r->parameter_values) : 0;
         return kmp_check_rule(x->r, node, x->name, KMP_FIELD_NOT_NEGATIVE, value, "") ? level : NULL;
     }
-    kmp_expr *none = KMP_ARENA_NEW(&x->r->model->arena, kmp_expr, 1);
-    if (x->bounded)
-        kmp_reader_complain(x->r, node->place, "%s: a static level has a limit; make the level itself unlimited",
-                            x->name);
-    else if (none)
-        *none = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = INFINITY};
-    return x->bounded ? NULL : none;
+    if (!x->bounded)
+        return kmp_expr_make(&x->r->model->arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = INFINITY});
+    kmp_reader_complain(x->r, node->place, "%s: a static level has a limit; make the level itself unlimited", x->name);
+    return NULL;
 }
 
 /* A level, or a list of one against positive rates and one against negative ones. */
@@ -148,13 +142,11 @@ static const kmp_expr *read_levels(const level_reading *x, const kmp_yaml *node)
         return NULL;
     }
     const kmp_expr *a = read_side(x, node->items[0]), *b = read_side(x, node->items[1]);
-    kmp_expr *sides = KMP_ARENA_NEW(&x->r->model->arena, kmp_expr, 1);
-    if (!a || !b || !sides)
+    if (!a || !b)
         return NULL;
     if (kmp_expr_is_unlimited(a) && kmp_expr_is_unlimited(b))
         kmp_reader_complain(x->r, node->place, "%s: only one direction may be unlimited; use a lock", x->name);
-    *sides = (kmp_expr){.kind = KMP_EXPR_SIDES, .a = a, .b = b};
-    return sides;
+    return kmp_expr_make(&x->r->model->arena, (kmp_expr){.kind = KMP_EXPR_SIDES, .a = a, .b = b});
 }
 
 /* Reads the level of a friction force if it is an expression. false: the level is a number, which the caller reads. */
@@ -311,11 +303,10 @@ static void set_joint_locals(element *e)
 {
     kmp_arena *arena = &e->r->model->arena;
     int motion = e->force->motion;
-    kmp_expr *q = KMP_ARENA_NEW(arena, kmp_expr, 1), *qd = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    const kmp_expr *q = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_Q, .index = motion}),
+                   *qd = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
     if (motion < 0 || !q || !qd)
         return;
-    *q = (kmp_expr){.kind = KMP_EXPR_Q, .index = motion};
-    *qd = (kmp_expr){.kind = KMP_EXPR_QD, .index = motion};
     set_locals(e, e->r->model->motions[motion].rotation ? "angle" : "distance", q, qd, true);
 }
 
@@ -413,9 +404,8 @@ static void set_distance(element *e)
             if (!kmp_reader_measure_argument(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
                 return;
         const kmp_expr *part = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
-        kmp_expr *sum = k > 0 ? KMP_ARENA_NEW(arena, kmp_expr, 1) : NULL;
-        if (sum)
-            *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = distance, .b = part};
+        const kmp_expr *sum =
+            k > 0 ? kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_ADD, .a = distance, .b = part}) : NULL;
         distance = sum ? sum : part;
     }
     set_locals(e, "distance", distance, kmp_expr_rate(arena, distance), false);

@@ -246,10 +246,7 @@ void kmp_lock_pressed(kmp_reader *r)
 
 static const kmp_expr *size_of(kmp_reader *r, int closure, int count)
 {
-    kmp_expr *size = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (size)
-        *size = (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = closure, .number = -count};
-    return size;
+    return kmp_expr_make(&r->model->arena, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = closure, .number = -count});
 }
 
 /* The reason why a joint of the tree has no locks. */

@@ -50,10 +50,7 @@ enum { MOST_NESTED_BLOCKS = 50 }; /* reading them recurses */
 
 static const kmp_expr *make(kmp_reader *r, kmp_expr expr)
 {
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = expr;
-    return e;
+    return kmp_expr_make(&r->model->arena, expr);
 }
 
 static const kmp_expr *zero(kmp_reader *r)
@@ -453,12 +450,8 @@ static int count_delay(kmp_reader *r, block *b)
 static const kmp_expr *add_none_of(kmp_reader *r, const kmp_expr *a, const kmp_expr *u)
 {
     static const kmp_expr zero = {.kind = KMP_EXPR_NUMBER};
-    kmp_expr *none = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *sum = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (!none || !sum)
-        return NULL;
-    *none = (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u};
-    *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none};
-    return sum;
+    const kmp_expr *none = make(r, (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u});
+    return none ? make(r, (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none}) : NULL;
 }
 
 static void read_continuous(kmp_reader *r, block *b)
@@ -473,13 +466,12 @@ static void read_continuous(kmp_reader *r, block *b)
     if (before)
         state->before = kmp_read_expr(r, before, kmp_reader_say(r, "before of %s", b->what), KMP_DIM_ANY, KMP_OF_TIME);
     kmp_expr_locals locals = {0};
-    kmp_expr *w = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    const kmp_expr *w = make(r, (kmp_expr){.kind = KMP_EXPR_INPUT, .index = b->signal, .unit = KMP_DIM_ANY});
     if (!w)
         return;
     state->signal = b->signal;
     state->delayed = u;
     state->began = kmp_yaml_get(b->map, "start");
-    *w = (kmp_expr){.kind = KMP_EXPR_INPUT, .index = state->signal, .unit = KMP_DIM_ANY};
     block_local(&locals, "w", w);
     block_local(&locals, "y", block_state(r, b, 0));
     block_local(&locals, "time", block_number(r, &state->delay));

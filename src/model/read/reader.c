@@ -200,11 +200,7 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
     if (r->digests)
         kmp_digest_end(&r->digest, r->model->source.digest);
     kmp_arena_free(&r->scratch);
-    if (status == KEMPE_OK)
-        *model = r->model;
-    else
-        kempe_model_free(r->model);
-    return status;
+    return KMP_GIVE_OR_FREE(status, model, r->model, kempe_model_free);
 }
 
 static bool keep_settings(kempe_model *model, const kempe_setting *list, int count)

@@ -325,16 +325,6 @@ static void show_parts(kmp_text *text, const kempe_contacts *t, bool all)
     show_rows(text, t, all);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
@@ -390,8 +380,8 @@ static void put_conicities(kmp_json *json, const kempe_contacts *t)
 static void show_json(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, t->system, kmp_outcome_of(t->status), t->reason, t->system->build_s, t->warnings);
+    kmp_json json =
+        kmp_print_head(text, t->system, kmp_outcome_of(t->status), t->reason, t->system->build_s, t->warnings);
     kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
                  t->over.range[0].name, contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
                  t->residual, t->iterations, t->cpu_s);
@@ -413,7 +403,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "}");
 }
 
-KMP_PRINT_FULL(kempe_contacts, contacts, contacts->given->context, show_json, show, show_full)
+KMP_PRINT_FULL(kempe_contacts, contacts, contacts->given->context, show_json, show_parts)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

@@ -570,11 +570,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     t->status = status = kmp_context_verdict(system->context, status);
     t->warnings = kmp_context_warnings(system->context);
     t->cpu_s = kmp_cpu_now() - begun;
-    if (status >= 0)
-        *table = t;
-    else
-        kempe_contacts_free(t);
-    return status;
+    return KMP_GIVE_IF(status >= 0, status, table, t, kempe_contacts_free);
 }
 
 KMP_FREES(kempe_contacts, t, kempe_system_free(t->system), kmp_variant_free(t->variant), kmp_ranges_free(&t->over),

@@ -200,13 +200,12 @@ static void json_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
-    kmp_json j = kmp_json_begin(text);
     kmp_text warnings = {0}, reason = {0};
     put_reason(&reason, a);
     kmp_text_put(&warnings, "");
     kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
-    kmp_print_head(&j, a->system, outcome_of(a), reason.s, a->system->build_s, warnings.s);
+    kmp_json j = kmp_print_head(text, a->system, outcome_of(a), reason.s, a->system->build_s, warnings.s);
     kmp_text_free_part(text, &warnings);
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
@@ -289,8 +288,7 @@ static void show_branches(kmp_text *text, const void *result)
 static void json_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, b->system, kmp_outcome_of(b->status), "", b->system->build_s, b->warnings);
+    kmp_json j = kmp_print_head(text, b->system, kmp_outcome_of(b->status), "", b->system->build_s, b->warnings);
     kmp_json_array(&j, "kept");
     for (int k = 0; k < b->system->n; k++)
         if (b->kept[k])

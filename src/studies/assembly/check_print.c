@@ -872,11 +872,8 @@ static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
     return check->assembled;
 }
 
-static void show_short(kmp_text *text, const void *result)
+static void show_short(kmp_text *text, const kempe_check *check)
 {
-    const kempe_check *check = result;
-    if (!show_begin(text, check, put_cut))
-        return;
     show_shared(text, check);
     show_independent(text, check, MOST_LISTED);
     show_states(text, check);
@@ -884,11 +881,8 @@ static void show_short(kmp_text *text, const void *result)
     line(text, "more", "removable constraints, alternatives, condition numbers: --all");
 }
 
-static void show_all(kmp_text *text, const void *result)
+static void show_all(kmp_text *text, const kempe_check *check)
 {
-    const kempe_check *check = result;
-    if (!show_begin(text, check, put_cut_with_reason))
-        return;
     const kmp_diagnosis *d = &check->diagnosis;
     if (!d->ran)
         line(text, "not examined", "%s", d->why_not);
@@ -901,6 +895,12 @@ static void show_all(kmp_text *text, const void *result)
     show_blocks(text, check);
     kmp_text_put(text, "\n");
     show_limits(text, check, check->system->n);
+}
+
+static void show_parts(kmp_text *text, const kempe_check *check, bool all)
+{
+    if (show_begin(text, check, all ? put_cut_with_reason : put_cut))
+        (all ? show_all : show_short)(text, check);
 }
 
 /* -- JSON ------------------------------------------------------------------------------------------------ */
@@ -1034,9 +1034,8 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
 static void show_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, check->system, kmp_outcome_of(check->status), check->reason, check->system->build_s,
-                   check->warnings);
+    kmp_json j = kmp_print_head(text, check->system, kmp_outcome_of(check->status), check->reason,
+                                check->system->build_s, check->warnings);
     json_sentence(&j, "verdict", check, check_verdict);
     if (check->assembled)
         json_assembled(&j, check);
@@ -1069,7 +1068,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT_FULL(kempe_check, check, check->system->context, show_json, show_short, show_all)
+KMP_PRINT_FULL(kempe_check, check, check->system->context, show_json, show_parts)
 
 /* -- tables ------------------------------------------------------------------------------------------- */
 

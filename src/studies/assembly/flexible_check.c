@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/factors.h"
+#include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/model.h"
 #include <math.h>
@@ -53,16 +53,7 @@ static void find_inertia(const kmp_flexible *f, double inertia[36])
 /* values (n): 1/w^2, ascending. */
 static bool find_values(int n, const double *stiffness, double *mass, double *values)
 {
-    for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < n; k++)
-            kmp_cholesky_forward(n, stiffness, mass + (ptrdiff_t)n * k);
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < i; j++) {
-                const double kept = mass[i + n * j];
-                mass[i + n * j] = mass[j + n * i];
-                mass[j + n * i] = kept;
-            }
-    }
+    kmp_cholesky_congruence(n, stiffness, mass);
     return kmp_symmetric_eigen(n, mass, values) == 0;
 }
 

@@ -311,8 +311,7 @@ void kmp_compare_json(kmp_json *j, const kempe_comparison *c)
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
+    kmp_json json = kmp_print_head(text, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
     kmp_compare_json(&json, c);
     kmp_json_end(&json);
 }
@@ -526,17 +525,7 @@ static void show_parts(kmp_text *text, const kempe_comparison *c, bool all)
                         c->count);
 }
 
-static void show(kmp_text *text, const void *result)
-{
-    show_parts(text, result, false);
-}
-
-static void show_full(kmp_text *text, const void *result)
-{
-    show_parts(text, result, true);
-}
-
-KMP_PRINT_FULL(kempe_comparison, comparison, comparison->system->context, json_all, show, show_full)
+KMP_PRINT_FULL(kempe_comparison, comparison, comparison->system->context, json_all, show_parts)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 

@@ -826,11 +826,7 @@ kempe_status kmp_compare(const kempe_system *system, const kempe_compare_options
     kmp_times_free(&j.few);
     status = kmp_context_verdict(j.context, status);
     c->status = status == KEMPE_UNTRUSTED ? status : c->status;
-    if (kmp_has_result(status))
-        *comparison = c;
-    else
-        kempe_comparison_free(c);
-    return status;
+    return KMP_GIVE_IF(kmp_has_result(status), status, comparison, c, kempe_comparison_free);
 }
 
 KMP_FREES(kempe_comparison, comparison, kmp_arena_free(&comparison->arena))

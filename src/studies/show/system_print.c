@@ -542,8 +542,7 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
         show_gains(out, &gains);
         return KEMPE_OK;
     }
-    kmp_json json = kmp_json_begin(out);
-    kmp_print_head(&json, system, KEMPE_OUTCOME_COMPLETE, "", system->build_s, NULL);
+    kmp_json json = kmp_print_head(out, system, KEMPE_OUTCOME_COMPLETE, "", system->build_s, NULL);
     kmp_json_string(&json, "view", "stats");
     json_stats(&json, p, names, t, &blocks);
     json_gains(&json, &gains);
@@ -582,8 +581,7 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
     if (status == KEMPE_OK && format == KEMPE_TEXT) {
         kmp_text_put(out, lines.s ? lines.s : "");
     } else if (status == KEMPE_OK) {
-        kmp_json json = kmp_json_begin(out);
-        kmp_print_head(&json, system, KEMPE_OUTCOME_COMPLETE, "", system->build_s, NULL);
+        kmp_json json = kmp_print_head(out, system, KEMPE_OUTCOME_COMPLETE, "", system->build_s, NULL);
         kmp_json_string(&json, "view", view_names[view]);
         json_lines(&json, &lines);
         kmp_json_end(&json);

@@ -7,6 +7,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/sample_times.h"
@@ -378,7 +379,7 @@ static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool pa
     state->doubted = s->doubted;
     memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
     kmp_runner_keep_memory(s->runner, state->memory);
-    KMP_TRY(kmp_runner_recall(s->runner, state->t));
+    KMP_TRY(kmp_delays_record(s->runner, state->t));
     kmp_present_inputs_copy(&state->inputs, kmp_runner_inputs(s->runner));
     if (state->inputs.past) {
         state->past = kmp_past_copy(state->inputs.past);

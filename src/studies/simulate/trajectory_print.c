@@ -394,16 +394,6 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     show_log(text, &t->log);
 }
 
-static void show_short(kmp_text *text, const void *result)
-{
-    show_run(text, result, false);
-}
-
-static void show_all(kmp_text *text, const void *result)
-{
-    show_run(text, result, true);
-}
-
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
 /* The algorithm of the run itself, not of the request. */
@@ -506,9 +496,8 @@ static void json_contacts(kmp_json *json, const kempe_trajectory *t)
 static void json(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
-    kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, t->system, kempe_trajectory_outcome(t), t->reason, t->system->build_s + t->report.build_s,
-                   t->warnings);
+    kmp_json j = kmp_print_head(text, t->system, kempe_trajectory_outcome(t), t->reason,
+                                t->system->build_s + t->report.build_s, t->warnings);
     kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (t->report.chosen_ratio > 0 || t->report.continued) {
@@ -551,7 +540,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-KMP_PRINT_FULL(kempe_trajectory, trajectory, trajectory->system->context, json, show_short, show_all)
+KMP_PRINT_FULL(kempe_trajectory, trajectory, trajectory->system->context, json, show_run)
 
 static void fill_rows(kempe_table *table, const void *result)
 {
