@@ -63,8 +63,8 @@ typedef struct search {
     int n, m, count;
     double *factor; /* count: sqrt(weight) / scale */
     double *multiplier, *transposed;
-    double *hessian, *eigen, *along, *y; /* d x d, d, d, d */
-    double *step, *rate;                 /* n */
+    double *hessian, *eigen, *y; /* d x d, d, d */
+    double *step, *rate;         /* n */
 } search;
 
 static double norm(int n, const double *x)

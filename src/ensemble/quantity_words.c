@@ -518,7 +518,6 @@ typedef struct reading {
     kempe_context *context;
     kempe_model *copy;
     const char *label;
-    const char *whole; /* text that columns belong to */
     kmp_run_quantity *of;
     kmp_added_value *channel;
     const char **name, **unit;

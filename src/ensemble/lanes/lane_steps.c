@@ -20,7 +20,7 @@
 typedef struct step_note {
     bool moves; /* its step is not settled yet */
     long tried; /* attempts of steps before it */
-    double t, h, pace, limit, pivot, usual, next_sample;
+    double t, h, pace, limit, usual, next_sample;
     kmp_lane_group *home;
     double *y, *mode, *nu;
     kmp_condition_past *past;
@@ -257,7 +257,6 @@ static void note_beginning(kmp_engine *e, int i)
     note->h = x->h;
     note->pace = x->pace;
     note->limit = x->limit;
-    note->pivot = x->pivot;
     note->usual = x->usual;
     note->next_sample = x->next_sample;
     keep(&note->home, x->home);
