@@ -26,6 +26,8 @@ struct kmp_lanes {
     double *v;                /* slots x width */
     kmp_lanes_sincos *sincos; /* NULL: kmp_sincos_lanes */
     void *user;               /* of it */
+    const kmp_lanes *lender;  /* has found sines before; NULL: none */
+    uint32_t *twin;           /* by angle: the lender's angle that had the same bits last */
 };
 
 int kmp_lanes_best(void)
@@ -117,6 +119,15 @@ void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user
     lanes->user = user;
 }
 
+bool kmp_lanes_borrow_sines(kmp_lanes *lanes, const kmp_lanes *from)
+{
+    if (lanes->frame.angles == 0 || from->frame.angles == 0)
+        return true;
+    lanes->twin = KMP_ARENA_NEW(&lanes->frame.arena, uint32_t, lanes->frame.angles);
+    lanes->lender = lanes->twin ? from : NULL;
+    return lanes->twin;
+}
+
 int kmp_lanes_angles(const kmp_lanes *lanes)
 {
     return (int)lanes->frame.angles;
@@ -132,6 +143,8 @@ bool kmp_lanes_native(const kmp_lanes *lanes)
 static KMP_CLONES void set_eights(size_t w, const kmp_input_slot *feed, const kmp_input_slot *end, const double *values,
                                   double *v)
 {
+    for (; w == 8 && feed < end; feed++)
+        KMP_EIGHT_AT(v + 8 * (size_t)feed->slot) = KMP_EIGHT_CONST(values + 8 * (size_t)feed->index);
     for (; feed < end; feed++)
         for (size_t l = 0; l < w; l += 8)
             KMP_EIGHT_AT(v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
@@ -246,6 +259,8 @@ static size_t first_output(const kmp_frame *f, int stage)
 
 static KMP_CLONES void copy_eights(size_t w, const kmp_copy *copy, const kmp_copy *end, double *v)
 {
+    for (; w == 8 && copy < end; copy++)
+        KMP_EIGHT_AT(v + 8 * (size_t)copy->to) = KMP_EIGHT_CONST(v + 8 * (size_t)copy->from) * copy->factor;
     for (; copy < end; copy++)
         for (size_t l = 0; l < w; l += 8)
             KMP_EIGHT_AT(v + w * copy->to + l) = KMP_EIGHT_CONST(v + w * copy->from + l) * copy->factor;
@@ -282,6 +297,34 @@ void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *outp
         output[f->copies[k].to - first] = (kmp_lanes_output){lanes->v + f->copies[k].from * w, f->copies[k].factor};
 }
 
+static bool is_twin(const kmp_lanes *lanes, uint32_t angle, uint32_t of_lender)
+{
+    const size_t w = (size_t)lanes->width;
+    const uint32_t slot = lanes->lender->frame.angle[of_lender];
+    return slot != KMP_SLOT_ONE && /* lists are padded with it */
+           memcmp(lanes->v + w * lanes->frame.angle[angle], lanes->lender->v + w * slot, w * sizeof *lanes->v) == 0;
+}
+
+/* Copies the sines and cosines of a segment. False: the lender does not have all of them. */
+static bool borrow(kmp_lanes *lanes, const kmp_segment *here)
+{
+    const size_t w = (size_t)lanes->width;
+    const kmp_frame *to = &lanes->frame, *from = &lanes->lender->frame;
+    const double *values = lanes->lender->v;
+    for (uint32_t k = here->angle; k < here->angle + here->angles; k++) {
+        uint32_t twin = lanes->twin[k];
+        if (!is_twin(lanes, k, twin))
+            for (twin = 0; twin < from->angles && !is_twin(lanes, k, twin);)
+                twin++;
+        if (twin == from->angles)
+            return false;
+        lanes->twin[k] = twin;
+        lanes_copy(w, lanes->v + w * to->sine[k], values + w * from->sine[twin]);
+        lanes_copy(w, lanes->v + w * to->cosine[k], values + w * from->cosine[twin]);
+    }
+    return true;
+}
+
 void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
@@ -291,7 +334,7 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
         const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
         if (here->angles > 0 && lanes->sincos)
             lanes->sincos(lanes->user, (int)here->angle, (int)here->angles, lanes->v, x, s, c);
-        else if (here->angles > 0)
+        else if (here->angles > 0 && !(lanes->lender && borrow(lanes, here)))
             kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, x, s, c);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)

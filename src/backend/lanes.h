@@ -31,6 +31,11 @@ typedef void kmp_lanes_sincos(void *user, int first, int n, double *v, const uin
 void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user);
 int kmp_lanes_angles(const kmp_lanes *lanes);
 
+/** Copies sines and cosines from the lanes of another program, of the same width, where that has found them of the same
+ * bits: at each run of these lanes it must have been run since it got its inputs, and it must outlive them. false: no
+ * memory. */
+bool kmp_lanes_borrow_sines(kmp_lanes *lanes, const kmp_lanes *from);
+
 void kmp_lanes_free(kmp_lanes *lanes);
 
 /** True if it runs as machine code. */

@@ -124,6 +124,65 @@ static void test_best(void)
     kmp_graph_free(g);
 }
 
+/* Sines and cosines that are none. */
+static void mark(void *user, int first, int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+{
+    (void)user, (void)first, (void)x;
+    for (int k = 0; k < n; k++)
+        for (int l = 0; l < 8; l++) {
+            v[8 * s[k] + (uint32_t)l] = 7;
+            v[8 * c[k] + (uint32_t)l] = 9;
+        }
+}
+
+/* They come from the other program where its angles have the same bits, also from another of its angles, and otherwise
+ * from their functions. */
+static void test_borrowed_sines(void)
+{
+    enum { W = 8 };
+    kmp_graph *g = kmp_graph_new();
+    const kmp_ref x = kmp_input(g, KMP_IN_Q, 0), y = kmp_input(g, KMP_IN_Q, 1), sum = kmp_add(g, x, y);
+    const kmp_ref lent[] = {kmp_sin(g, x), kmp_cos(g, sum)}, borrowed[] = {kmp_sin(g, sum), kmp_cos(g, x)},
+                  beyond[] = {kmp_sin(g, sum), kmp_sin(g, y)};
+    const kmp_ref *const all[] = {lent, borrowed, beyond};
+    kmp_program *p[3];
+    kmp_lanes *lanes[3];
+    double q[2 * W], swapped[2 * W];
+    for (int k = 0; k < 3; k++) {
+        p[k] = kmp_program_new(g, 1, (const int[]){2}, &all[k]);
+        lanes[k] = kmp_lanes_new(p[k], W, false);
+        CHECK(lanes[k] && (k == 0 || kmp_lanes_borrow_sines(lanes[k], lanes[0])));
+    }
+    for (int k = 0; k < 2 * W; k++) {
+        q[k] = 0.1 + 0.2 * k;
+        swapped[(k + W) % (2 * W)] = q[k];
+    }
+    kmp_lanes_set_sincos(lanes[0], mark, NULL);
+    for (int turn = 0; turn < 3; turn++) { /* at one place, again, and at another with the same sums */
+        const double *at = turn < 2 ? q : swapped;
+        for (int k = 0; k < 3; k++)
+            kmp_lanes_set(lanes[k], KMP_IN_Q, at);
+        (void)kmp_lanes_run(lanes[0], 1);
+        const double *here = kmp_lanes_run(lanes[1], 1), *there = kmp_lanes_run(lanes[2], 1);
+        for (int l = 0; l < W; l++) {
+            CHECK(here[l] == 7 && here[W + l] == 9);
+            CHECK_NEAR(there[l], sin(at[l] + at[W + l]), 1e-15);
+            CHECK_NEAR(there[W + l], sin(at[W + l]), 1e-15);
+        }
+    }
+    kmp_lanes_set(lanes[1], KMP_IN_Q, q); /* the lender is elsewhere */
+    const double *here = kmp_lanes_run(lanes[1], 1);
+    for (int l = 0; l < W; l++) {
+        CHECK_NEAR(here[l], sin(q[l] + q[W + l]), 1e-15);
+        CHECK_NEAR(here[W + l], cos(q[l]), 1e-15);
+    }
+    for (int k = 0; k < 3; k++) {
+        kmp_lanes_free(lanes[k]);
+        kmp_program_free(p[k]);
+    }
+    kmp_graph_free(g);
+}
+
 static void test_no_memory(void)
 {
     kmp_graph *g = kmp_graph_new();
@@ -148,6 +207,7 @@ int main(void)
 {
     TEST(test_each_lane_is_a_machine);
     TEST(test_best);
+    TEST(test_borrowed_sines);
     TEST(test_no_memory);
     return check_report();
 }

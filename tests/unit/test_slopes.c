@@ -228,7 +228,7 @@ static void check_state(fixture *f, const point *x)
 static void check_gradients(fixture *f, const point *x)
 {
     int n = f->eval->n, m = f->eval->m, shown = f->slopes->shown, count = f->count;
-    static double w[MOST_NUMBERS], along[MOST_NUMBERS], by[MOST_NUMBERS], h[4 * MOST], sums[MOST];
+    static double w[MOST_NUMBERS], along[MOST_NUMBERS], by[MOST_NUMBERS], h[4 * MOST], sums[MOST], back[MOST];
     point d = {.t = between(-1, 1)}, g = {0};
     double change[MOST], gradient[MOST] = {0}, left = 0, right = 0;
     for (int i = 0; i < n; i++)
@@ -272,7 +272,10 @@ static void check_gradients(fixture *f, const point *x)
     }
     kmp_formulas_renew(&f->sum.formulas, f->system->parameters);
     memcpy(f->sum.weight, w, (size_t)(3 * m + n) * sizeof *w);
-    const double *back = kmp_slopes_sum_at(&f->sum, &at);
+    const double *of_sum = kmp_slopes_sum_at(&f->sum, &at);
+    memset(back, 0, sizeof back);
+    for (int k = 0; k < f->sum.count; k++)
+        back[f->sum.parameter[k]] = of_sum[k];
     for (int k = 0; k < count; k++) { /* terms of other sizes may cancel */
         (void)kmp_slopes_change(f->slopes, k, h);
         double size = 1;

@@ -734,22 +734,27 @@ static void differentiate_back(const kmp_tree *tree, kmp_ref sum, int count, con
     }
 }
 
-static bool derive_sum(kmp_slopes_sum *sum, const kmp_equations *eq, const int *named, const kmp_backend *backend,
-                       const double *values)
+static bool derive_sum(kmp_slopes_sum *sum, const kmp_equations *eq, int count, const int *named,
+                       const kmp_backend *backend, const double *values)
 {
     const kempe_model *m = eq->model;
-    const int rows = 3 * eq->m + eq->n, leaves = sum->count + m->led_count;
+    const int rows = 3 * eq->m + eq->n, leaves = count + m->led_count;
     kmp_arena arena = {0};
     kmp_ref *of, *leaf, *slope, *part;
     bool ok = KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_ref, rows, &of), KMP_ROOM(kmp_ref, leaves, &leaf, &slope, &part));
     if (ok) {
         collect_sets(eq, of);
-        for (int k = 0; k < sum->count; k++)
+        for (int k = 0; k < count; k++)
             leaf[k] = leaf_of(eq->graph, named[k]);
         for (int i = 0; i < m->led_count; i++)
-            leaf[sum->count + i] = kmp_input(eq->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
-        differentiate_back(&eq->tree, weighted_sum(eq, 0, rows, of), sum->count, leaf, slope, part);
-        ok = kmp_formulas_init(&sum->formulas, eq->graph, sum->count, slope, backend, values);
+            leaf[count + i] = kmp_input(eq->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
+        differentiate_back(&eq->tree, weighted_sum(eq, 0, rows, of), count, leaf, slope, part);
+        for (int k = 0; k < count; k++)
+            if (slope[k] != KMP_ZERO) {
+                slope[sum->count] = slope[k];
+                sum->parameter[sum->count++] = k;
+            }
+        ok = sum->count == 0 || kmp_formulas_init(&sum->formulas, eq->graph, sum->count, slope, backend, values);
     }
     kmp_arena_free(&arena);
     return ok;
@@ -760,14 +765,16 @@ kempe_status kmp_slopes_sum_init(kmp_slopes_sum *sum, const kempe_system *system
 {
     kmp_equations eq;
     kmp_events events;
-    *sum = (kmp_slopes_sum){.n = system->n, .m = system->m, .count = count};
+    *sum = (kmp_slopes_sum){.n = system->n, .m = system->m};
     sum->weight = KMP_NEW(double, 3 * system->m + system->n);
+    sum->parameter = KMP_NEW(int, count);
     int *named = KMP_NEW(int, count);
-    kempe_status status = named && sum->weight ? find_names(system, count, names, named) : KEMPE_E_MEMORY;
+    kempe_status status =
+        named && sum->weight && sum->parameter ? find_names(system, count, names, named) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
         status = derive_for_slopes(&eq, system, &events, SETS_OF_EQUATIONS);
     if (status == KEMPE_OK) {
-        status = derive_sum(sum, &eq, named, backend, system->parameters) ? KEMPE_OK : KEMPE_E_MEMORY;
+        status = derive_sum(sum, &eq, count, named, backend, system->parameters) ? KEMPE_OK : KEMPE_E_MEMORY;
         kmp_equations_free(&eq);
     }
     kmp_free(named);
@@ -776,10 +783,12 @@ kempe_status kmp_slopes_sum_init(kmp_slopes_sum *sum, const kempe_system *system
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
 }
 
-KMP_CLEARS(kmp_slopes_sum, sum, kmp_formulas_free(&sum->formulas), kmp_free(sum->weight))
+KMP_CLEARS(kmp_slopes_sum, sum, kmp_formulas_free(&sum->formulas), kmp_free(sum->weight), kmp_free(sum->parameter))
 
 const double *kmp_slopes_sum_at(kmp_slopes_sum *sum, const kmp_instant *at)
 {
+    if (sum->count == 0)
+        return sum->weight;
     kmp_formulas_place(&sum->formulas, at);
     kmp_machine_set(sum->formulas.machine, KMP_IN_ALONG, sum->weight);
     return kmp_machine_run(sum->formulas.machine, 1);

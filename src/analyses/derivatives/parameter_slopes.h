@@ -90,11 +90,12 @@ void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, c
 
 /** Derivatives of a weighted sum of h, rate, curve (m each) and of the force (n), as in the rows of kmp_slopes, with
  * respect to parameters. One program, derived once, from the sum back to all of them: at a few times the cost of the
- * equations, whatever the number of parameters. */
+ * equations, whatever the number of parameters. Parameters that are in none of them, as start values, are left out. */
 typedef struct kmp_slopes_sum {
     kmp_formulas formulas;
-    int n, m, count;
-    double *weight; /* of the program: of h, rate, curve and the force, one after the other */
+    int n, m, count; /* parameters of the sum */
+    int *parameter;  /* count: their numbers among the names */
+    double *weight;  /* of the program: of h, rate, curve and the force, one after the other */
 } kmp_slopes_sum;
 
 /** `names` as of kmp_slopes_new. KEMPE_E_MEMORY, also KEMPE_E_ARGUMENT: as there. */

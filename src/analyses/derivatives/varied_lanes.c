@@ -67,6 +67,16 @@ double kmp_varied_lanes_matrix_cycles(const kmp_varied_lanes *lanes)
     return cycles_by_parts(lanes) + lanes->cycles_of_tangents + CYCLES_OF_ENTRY * v->linear.p * entries;
 }
 
+/* The derivatives by parameters follow the tangents at the same places. */
+static bool borrow_sines(kmp_varied_lanes *x)
+{
+    kmp_lanes *const of[] = {x->slope.lanes, x->sum.lanes};
+    bool ok = true;
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++)
+        ok = ok && (!of[k] || !x->tangent.lanes || kmp_lanes_borrow_sines(of[k], x->tangent.lanes));
+    return ok;
+}
+
 kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equations *varied)
 {
     *lanes = (kmp_varied_lanes){.v = varied, .number = -1};
@@ -85,7 +95,8 @@ kempe_status kmp_varied_lanes_init(kmp_varied_lanes *lanes, kmp_sensitivity_equa
                                      KMP_ROOM(double, VECTORS *(3 * m + n), &lanes->h)) &&
                       kmp_stage_lanes_init(&lanes->motion, motion, eval) &&
                       kmp_stage_lanes_init(&lanes->tangent, tangent, eval) &&
-                      kmp_stage_lanes_init(&lanes->slope, slope, eval) && kmp_stage_lanes_init(&lanes->sum, sum, eval);
+                      kmp_stage_lanes_init(&lanes->slope, slope, eval) &&
+                      kmp_stage_lanes_init(&lanes->sum, sum, eval) && borrow_sines(lanes);
     /* Counts the programs, which takes as long as some evaluations. */
     lanes->count_of_motion = kmp_program_count(motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     if (tangent)
@@ -548,10 +559,8 @@ void kmp_varied_lanes_weigh(kmp_varied_lanes *x, const double *weights, double *
     for (int k = 0; k < x->red.p; k++)
         AT(x->w, k) = -OF(weights, k);
     go_back(x, 0, 1, NULL);
-    if (!x->sum.lanes) {
-        memset(out, 0, (size_t)(x->v->count * W) * sizeof *out);
+    if (!x->sum.lanes)
         return;
-    }
     kmp_lanes_set(x->sum.lanes, KMP_IN_ALONG, x->h); /* and the other weights, which follow it */
-    memcpy(out, run_there(x, &x->sum), (size_t)(x->v->count * W) * sizeof *out);
+    memcpy(out, run_there(x, &x->sum), (size_t)(x->v->sum->count * W) * sizeof *out);
 }

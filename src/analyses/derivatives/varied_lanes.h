@@ -77,6 +77,6 @@ void kmp_varied_lanes_anchor(const kmp_varied_lanes *lanes, int lane);
  * as of that. */
 int kmp_varied_lanes_matrices(kmp_varied_lanes *lanes, double *a, double *b);
 
-/** out (count) = b' weights (p), at the places of the last matrices, without b: for any number of parameters this takes
- * as long as one row of the matrices. */
+/** out = b' weights (p) for the parameters of the sum (kmp_slopes_sum), at the places of the last matrices, without b:
+ * for any number of them this takes as long as one row of the matrices. */
 void kmp_varied_lanes_weigh(kmp_varied_lanes *lanes, const double *weights, double *out);

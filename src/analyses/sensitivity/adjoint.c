@@ -9,8 +9,10 @@
  * equations). f_y' L is kmp_linear_back: no matrix is made. Events and exchanges of u are passed backwards by the
  * transposes of their maps (forward.h). Between two of them the degrees of freedom are the same: a segment.
  *
- * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters, and the weights
- * of distances at which friction is held, which are constant parameters while it is; their time is t_end - t.
+ * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of the parameters that move the
+ * mechanism, and the weights of distances at which friction is held, which are constant parameters while it is; their
+ * time is t_end - t. Other parameters, as start values, have no quadrature, since L' f_p + g_p is zero: only maps
+ * change their weights.
  *
  * A map of an event may hold only for the parameters: its columns by parts of the state break what the derivatives by
  * parameters must satisfy (kmp_forward_requirement). This is another scalar, linear in the state before the event,
@@ -66,8 +68,9 @@ typedef struct adjoint {
     bool integral;
     const double *sizes;
     int n, m, p, count, held, size;
-    const int *row; /* held rows of friction */
-    double reach;   /* size of the weights at the end, for tolerances */
+    int moving, *moves; /* parameters with quadratures: their numbers */
+    const int *row;     /* held rows of friction */
+    double reach;       /* size of the weights at the end, for tolerances */
     double rate_scale;
     kmp_solver_work work;
     long before; /* steps backwards of other scalars */
@@ -84,7 +87,10 @@ typedef struct adjoint {
     kmp_solver *solver;
     kmp_ode ode;
     kept_step *first, *last, *at;                 /* steps: of the current segment; the last one used */
-    double *y, *atol, *state, *gradient, value;   /* of the target at the end */
+    double *y;                                    /* weights: of u, ud (p each), parameters, held distances */
+    double *unknown, *atol;                       /* of the integrator: a part of y */
+    double *by;                                   /* weights on parameters and held distances at a state: room */
+    double *state, *gradient, value;              /* of the target at the end */
     double *end_q;                                /* the end of the last step, n */
     double *own_chart, *own_q, *own_qd, *own_qdd; /* the end in the user's coordinates: charts; n */
     double *dq, *dqd, *dqdd;                      /* n: room */
@@ -97,7 +103,7 @@ typedef struct adjoint {
     double at_t[KMP_STAGE_LANES];
     double stood;                           /* time of the whole state at the end of the motion; NAN: it is left */
     double *stages;                         /* 2 p: u and ud, in lanes */
-    double *of_state, *by_parameters, *udd; /* in lanes: p x 2 p; count, or the ones of the last lane; p */
+    double *of_state, *by_parameters, *udd; /* in lanes: p x 2 p; moving, or the ones of the last lane; p */
 } adjoint;
 
 /* -- the stored motion ------------------------------------------------------------------------------- */
@@ -301,14 +307,14 @@ static void add_parameters(adjoint *a, double *out)
     memcpy(v->sum->weight + 3 * a->m, part[3], (size_t)a->n * sizeof(double));
     const double *slope = kmp_slopes_sum_at(v->sum, &at);
     bool finite = true;
-    for (int k = 0; k < a->count; k++)
+    for (int k = 0; k < v->sum->count; k++)
         finite = finite && isfinite(slope[k]);
     if (!finite) { /* a derivative without weight may be none */
         kmp_slopes_at(v->slopes, &at);
         kmp_slopes_weighted(v->slopes, a->back.h, a->back.rate, a->back.curve, a->back.force, out);
     }
-    for (int k = 0; finite && k < a->count; k++)
-        out[k] += slope[k];
+    for (int k = 0; finite && k < v->sum->count; k++)
+        out[v->sum->parameter[k]] += slope[k];
 }
 
 static void add_back(adjoint *a, double *u, double *ud, double *out)
@@ -403,7 +409,7 @@ static void keep_slopes(adjoint *a, const double *in_lanes)
     int last = W - 1; /* the first lane there is a stage */
     while (last > 0 && !(a->at_t[last - 1] > a->at_t[W - 1]))
         last--;
-    for (int c = 0; c < a->count; c++)
+    for (int c = 0; c < a->moving; c++)
         a->by_parameters[c] = in_lanes[c * W + last];
 }
 
@@ -423,7 +429,7 @@ static void recall_stage(adjoint *a, const double *y, double *dy)
         for (int k = 0; k < p; k++)
             dy[c] += of[k * W + W - 1] * y[p + k];
     }
-    memcpy(dy + 2 * p, a->by_parameters, (size_t)a->count * sizeof *dy);
+    memcpy(dy + 2 * p, a->by_parameters, (size_t)a->moving * sizeof *dy);
 }
 
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -450,6 +456,14 @@ static int integrands_of_stages(void *self, const double *t, const double *y, do
     return KMP_GO;
 }
 
+/* Takes the parameters that move the mechanism, and the held distances. */
+static void take_moving(const adjoint *a, const double *from, double *to)
+{
+    for (int k = 0; k < a->moving; k++)
+        to[k] = from[a->moves[k]];
+    memcpy(to + a->moving, from + a->count, (size_t)a->held * sizeof *to);
+}
+
 static int rhs(void *self, double t, const double *y, double *dy)
 {
     adjoint *a = self;
@@ -463,7 +477,9 @@ static int rhs(void *self, double t, const double *y, double *dy)
     memset(dy, 0, (size_t)a->size * sizeof *dy);
     memcpy(dy + p, y, (size_t)p * sizeof *dy);
     memcpy(a->wu, y + p, (size_t)p * sizeof *dy);
-    go_back(a, a->weighs, a->wu, dy, dy + p, dy + 2 * p);
+    memset(a->by, 0, (size_t)(a->count + a->held) * sizeof *a->by);
+    go_back(a, a->weighs, a->wu, dy, dy + p, a->by);
+    take_moving(a, a->by, dy + 2 * p);
     return KMP_GO;
 }
 
@@ -546,7 +562,7 @@ static bool has_elements(const kempe_system *s)
 /* Begins the lanes, if the integrator uses them. */
 static kempe_status add_lanes(adjoint *a)
 {
-    const size_t p = (size_t)a->p, count = (size_t)a->count;
+    const size_t p = (size_t)a->p, moving = (size_t)a->moving;
     if (!a->kind->lanes || a->integral || !a->options->lanes || has_elements(a->v->system))
         return KEMPE_OK;
     kmp_varied_lanes_begin(a->options->lanes);
@@ -558,7 +574,7 @@ static kempe_status add_lanes(adjoint *a)
     return kmp_made(a->v->system->context,
                     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, 2 * p * W, &a->stages), KMP_ROOM(double, p *W, &a->udd),
                                    KMP_ROOM(double, 2 * p * p * W, &a->of_state),
-                                   KMP_ROOM(double, count *W, &a->by_parameters)));
+                                   KMP_ROOM(double, moving *W, &a->by_parameters)));
 }
 
 /* Ends the integrator, with its work. */
@@ -576,16 +592,16 @@ static void add_work(adjoint *a)
 static kempe_status make_solver(adjoint *a)
 {
     const kmp_run_spec *spec = a->options->spec;
-    const int p = a->p, size = 2 * p + a->count + a->held;
+    const int p = a->p, size = 2 * p + a->moving + a->held;
     for (int i = 0; i < p; i++) {
         const double scale = a->v->system->scale[a->v->linear.part.u[i]];
         a->atol[i] = spec->atol * a->reach / scale;
         a->atol[p + i] = spec->atol * a->reach / (scale * a->rate_scale);
     }
-    for (int k = 0; k < a->count; k++)
-        a->atol[2 * p + k] = spec->atol * a->reach / a->sizes[k];
+    for (int k = 0; k < a->moving; k++)
+        a->atol[2 * p + k] = spec->atol * a->reach / a->sizes[a->moves[k]];
     for (int j = 0; j < a->held; j++)
-        a->atol[2 * p + a->count + j] = spec->atol * a->reach / a->v->system->row_scale[a->row[j]];
+        a->atol[2 * p + a->moving + j] = spec->atol * a->reach / a->v->system->row_scale[a->row[j]];
     if (a->solver && a->size == size)
         return KEMPE_OK;
     add_work(a);
@@ -595,7 +611,7 @@ static kempe_status make_solver(adjoint *a)
                        .rhs = rhs,
                        .accept = accept,
                        .jacobian = jacobian,
-                       .quadratures = a->count + a->held,
+                       .quadratures = a->moving + a->held,
                        .results = true};
     KMP_TRY(add_lanes(a));
     kempe_context *context = a->v->system->context;
@@ -607,6 +623,23 @@ static kempe_status make_solver(adjoint *a)
 
 /* -- backwards over segments -------------------------------------------------------------------------- */
 
+/* The unknowns of the integrator, from all weights. */
+static void take_unknowns(adjoint *a)
+{
+    memcpy(a->unknown, a->y, 2 * (size_t)a->p * sizeof *a->y);
+    take_moving(a, a->y + 2 * a->p, a->unknown + 2 * a->p);
+}
+
+static void put_unknowns(adjoint *a)
+{
+    const double *from = a->unknown + 2 * a->p;
+    double *to = a->y + 2 * a->p;
+    memcpy(a->y, a->unknown, 2 * (size_t)a->p * sizeof *a->y);
+    for (int k = 0; k < a->moving; k++)
+        to[a->moves[k]] = from[k];
+    memcpy(to + a->count, from + a->moving, (size_t)a->held * sizeof *to);
+}
+
 /* Integrates backwards over the current segment. */
 static kempe_status pass_segment(adjoint *a, double *h)
 {
@@ -616,7 +649,8 @@ static kempe_status pass_segment(adjoint *a, double *h)
     a->known = false;
     if (a->last->to - a->first->from <= KMP_SAME_TIME * a->options->spec->t_end) /* between two events of one time */
         return KEMPE_OK;
-    kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->y, NULL, end, *h);
+    take_unknowns(a);
+    kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->unknown, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
         kmp_progress(context, KMP_PROGRESS_STUDY, a->solver->t, a->options->spec->t_end, "s");
@@ -634,7 +668,10 @@ static kempe_status pass_segment(adjoint *a, double *h)
         return kmp_fail(context, status, "the step size of the adjoint integration became too small at t = %.9g",
                         a->options->spec->t_end - a->solver->t);
     *h = a->solver->h;
-    return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
+    KMP_TRY(status);
+    KMP_TRY(a->kind->dense(a->solver, end, a->unknown, NULL));
+    put_unknowns(a);
+    return KEMPE_OK;
 }
 
 /* Integrates backwards from the end of the step `last` to the end of the step `before` (NULL: the start). */
@@ -864,11 +901,21 @@ static bool make_room(adjoint *a)
 {
     const int n = a->n, m = a->m, most = 2 * n + a->count + a->held;
     return KMP_ARENA_MAKE(
-        &a->arena, KMP_ROOM(double, most, &a->y, &a->atol, &a->weights),
+        &a->arena, KMP_ROOM(double, most, &a->y, &a->unknown, &a->atol, &a->weights, &a->by),
+        KMP_ROOM(int, a->count, &a->moves),
         KMP_ROOM(double, n, &a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force),
         KMP_ROOM(double, m, &a->wlambda, &a->back.h, &a->back.rate, &a->back.curve),
         KMP_ROOM(double, n, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * n, &a->state),
         KMP_ROOM(double, 2 * n * n, &a->matrix), KMP_ROOM(double, a->count, &a->off, &a->span));
+}
+
+/* An integrand may depend on each parameter itself. */
+static void find_moving(adjoint *a)
+{
+    const kmp_slopes_sum *sum = a->v->sum;
+    a->moving = a->integral ? a->count : sum->count;
+    for (int k = 0; k < a->moving; k++)
+        a->moves[k] = a->integral ? k : sum->parameter[k];
 }
 
 /* The size of the target by its gradient, before the response of the mechanism, and by its value: weights at the end
@@ -917,6 +964,7 @@ static kempe_status run_back(adjoint *a, bool known, kmp_adjoint_report *report)
     a->rate_scale = report->forward.run.rate_scale;
     a->kind = kmp_solver_find(a->options->spec->integrator);
     KMP_TRY(kmp_made(a->v->system->context, make_room(a)));
+    find_moving(a);
     a->p = a->end->p;
     KMP_TRY(begin_at_end(a));
     report->value = a->integral ? report->forward.integral : a->value;
