@@ -4,7 +4,8 @@
  * distances after the impact are related by v+ = v- + D f with D = G P G', P the inverse inertia with the closures.
  * Newton's law asks for v+ + e v- >= 0, f >= 0, with one of them zero: the minimum of f'Df/2 + ((1 + e) v-)'f over f >=
  * 0 (Glocker 2001, chapter 8). Friction joins with impulses of at most mu times the normal one against the slip after
- * the impact; its bounds are iterated.
+ * the impact; its bounds are iterated. Friction without a limit in one direction joins like a contact
+ * without restitution.
  *
  * An impact whose next one would follow within KMP_IMPACT_SPACING of the run ends a sequence: it takes the rate away,
  * and the contact closes. The mechanism belongs to a site: a run of the library, or a generated simulator. */

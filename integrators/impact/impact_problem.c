@@ -23,7 +23,8 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-/* Contacts whose surfaces touch, and their friction. True: one of them strikes; p->side is then 1. */
+/* Contacts whose surfaces touch, with their friction, and elements without a limit. True: a contact strikes; p->side is
+ * then 1. */
 static bool list_touching(kmp_impact_run *p, double rate)
 {
     const kmp_friction_run *x = p->friction;
@@ -32,7 +33,8 @@ static bool list_touching(kmp_impact_run *p, double rate)
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i], *base = e->base >= 0 ? &x->element[e->base] : e;
         double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * e->size * rate;
-        if (!base->contact || !(kmp_friction_at(p->friction, base, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * base->size))
+        const bool touches = base->contact && kmp_friction_at(x, base, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * base->size;
+        if (!touches && e->unlimited == 0)
             continue;
         bool hits = e->contact && v < -still;
         p->v[p->count] = v;
@@ -171,8 +173,8 @@ static void bound_impulses(kmp_impact_run *p, double part)
         }
         double most = rubs ? p->most_friction[k] : INFINITY;
         p->a[k] = p->v[k] + p->e[k] * p->v[k];
-        p->lower[k] = rubs || p->held[k] ? -most : 0;
-        p->upper[k] = most;
+        p->lower[k] = rubs || p->held[k] || e->unlimited > 0 ? -most : 0;
+        p->upper[k] = e->unlimited > 0 ? 0 : most;
     }
 }
 
@@ -197,6 +199,23 @@ static double rounding(const kmp_impact_run *p)
     return left > 0 ? KMP_IMPACT_ROUNDING * most / left : 0;
 }
 
+/* True if elements without a limit take part, and restitution: a surface that they hold cannot rebound. The impact is
+ * then plastic. */
+static bool take_plastic(kmp_impact_run *p, double t)
+{
+    bool held = false, rebounds = false;
+    for (int k = 0; k < p->count; k++) {
+        held = held || kmp_impact_element(p, k)->unlimited != 0;
+        rebounds = rebounds || p->e[k] > 0;
+    }
+    if (!held || !rebounds)
+        return false;
+    if (p->site->tell_plastic)
+        p->site->tell_plastic(self_of(p), t, NAN);
+    memset(p->e, 0, (size_t)p->count * sizeof *p->e);
+    return true;
+}
+
 /* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
 static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
 {
@@ -204,6 +223,10 @@ static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
     bound_impulses(p, part);
     memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
     kmp_box_outcome outcome = find_minimum(p);
+    if (outcome == KMP_BOX_UNBOUNDED && take_plastic(p, t)) {
+        bound_impulses(p, 0);
+        outcome = find_minimum(p);
+    }
     for (int k = 0; k < p->count; k++) {
         most = fmax(most, fabs(p->f[k] - p->tried[k]));
         size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));

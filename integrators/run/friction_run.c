@@ -431,7 +431,7 @@ static kempe_status fail_locked(const kmp_runner *run, bool jams, double t)
                         name_of(run, e), side, t);
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
                     "friction '%s' is unlimited against %s rates, but its rate is %.6g at t = %.9g s: it does not stop "
-                    "starts, impacts and jumps of rates",
+                    "starts and jumps of rates",
                     name_of(run, e), side, kmp_friction_at(x, e, KMP_ROLE_RATE), t);
 }
 

@@ -123,6 +123,11 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
             kmp_text_printf(&names, "%s'%s' struck at %.4g %s", names.length ? ", " : "", force_of(run, e)->name,
                             0 - p->v[k], force_of(run, e)->touch.turns ? "rad/s" : "m/s");
     }
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = kmp_impact_element(p, k);
+        if (p->f[k] != 0 && e->unlimited != 0)
+            kmp_text_printf(&names, ", '%s' held", force_of(run, e)->name);
+    }
     kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: kinetic energy %s by %.4g of %.4g J",
                     names.s ? names.s : "impact", gain > 0 ? "grows" : "falls", fabs(gain), before);
     kmp_text_free(&names);
@@ -131,8 +136,12 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
 static void tell_plastic(void *self, double t, double gain)
 {
     const kmp_runner *run = self;
-    kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
-                    "impact computed without restitution: with it the kinetic energy would grow by %.4g J", gain);
+    if (isnan(gain))
+        kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
+                        "impact computed without restitution: friction that is unlimited holds what would rebound");
+    else
+        kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
+                        "impact computed without restitution: with it the kinetic energy would grow by %.4g J", gain);
 }
 
 /* -- making ---------------------------------------------------------------------------------------------- */

@@ -33,12 +33,13 @@ class Border(Exception):
 class Held:
     """A coordinate with friction, stops, or both: held between bounds of its force while it does not move. `ratio(x)`: the rate that
     rubs over that of the coordinate; `press`: coefficients while it slips and sticks, and the size of what presses as a function of
-    (t, x, v, z, accelerations, friction)."""
+    (t, x, v, z, accelerations, friction). `pawl`: the sign of the rates against which it has no limit."""
 
     def __init__(self, k, level=None, static=None, upper=None, restitution=0.0):
         self.k, self.upper, self.lower, self.restitution = k, upper, None, restitution
         self.level, self.static = level, static or level  # functions of t and the sign of the rate; None: no friction
         self.press, self.ratio = None, None
+        self.pawl, self.catches = 0, True
         self.sign, self.rests, self.touches = 0, False, 0
 
     def rubs(self):
@@ -269,7 +270,7 @@ class Motion:
             after = self.slope(self.t + h - JUST_BEFORE, new)
             if h <= SHORTEST or (self.lacks(y, h, after) < FINE and not self.dips([w for w in watched if w[0] not in found], y, h, first, new, after)):
                 break
-            h = self.longest = h / 2
+            h = self.longest = 0.47 * h  # two halves of a step to an event would end at it, unseen
         self.trace.append((self.t, y[:n], y[n:2 * n], first[n:2 * n], self.t + h, new[:n], new[n:2 * n], after[n:2 * n]))
         self.t += h
         self.x, self.v, self.z = new[:n], new[n:2 * n], new[2 * n:]
@@ -332,10 +333,11 @@ class Motion:
             else:
                 (p, q), (_, r) = mass
                 push = [w / (p * r - q * q) for w in ((r, -q) if h.k == 0 else (-q, p))]
-            impulse = -(1 + h.restitution) * before / push[h.k]
+            restitution = 0.0 if h.pawl == -side and h.catches else h.restitution
+            impulse = -(1 + restitution) * before / push[h.k]
             self.v = [v + p * impulse for v, p in zip(self.v, push)]
             self.x[h.k] = h.limit(side)
-            h.touches = side if h.restitution == 0 else 0
+            h.touches = side if restitution == 0 else 0
             self.v[h.k] = 0.0 if h.touches else self.v[h.k]
             if m.struck:
                 m.struck(self, abs(impulse))

@@ -10,11 +10,11 @@ from pair_machines import Machines
 
 KINDS = "slide pendulum cart yoke gear driven rod rocker four_bar puck journal".split()
 FEATURES = [*KINDS, *"""harmonic pulse kink-position kink-rate kink-time jump table table-hold table-straight table-left table-periodic table-spline input-linear
-input-hold state sampled counter relay delay friction friction-sides friction-by-load friction-dependent stop play gap compliant measure
+input-hold state sampled counter relay delay friction friction-sides ratchet friction-by-load friction-dependent stop play gap compliant measure
 spring""".split()]
 ROWS = 4
 MOST_EXTRA = 4  # features of a model beside its spring
-MUTATIONS = """gravity-across friction-without-load friction-static friction-sign friction-back stop-restitution stop-ignored delay-time
+MUTATIONS = """gravity-across friction-without-load friction-static friction-sign friction-back ratchet-rebounds stop-restitution stop-ignored delay-time
 delay-before sample-late sample-start state-start counter-both relay-limits input-method table-outside drive-impulse pulse-missed
 ramp-late kink-side dead-zone push-ignored sway-ignored start-rate yoke-mass gear-sign harmonic-phase jump-size load-static
 measure-sign rod-mass rocker-bends bar-bends contact-friction contact-impulse contact-damping stop-below table-period table-ends""".split()
@@ -305,15 +305,25 @@ class Pair(Machines):
             self.features.append("friction-sides")
             back = round(0.3 + digits % 100 / 60, 4)
 
+        elif digits % 3 == 1 and not ratio:  # it holds against the start's other direction
+            self.features.append("ratchet")
+            held.pawl = -1 if self.v[self.k] >= 0 else 1
+
         def said(x):
+            if held.pawl:
+                return f"[{x}, unlimited]" if held.pawl < 0 else f"[unlimited, {x}]"
             return f"[{x}, {back}*{x}]" if back != 1 else f"{x}"
 
         def side(way):
             return self.mutated("friction-back", back, 1 / back) if way < 0 else 1.0
 
-        self.forces.append(f"  rub: {{joint: {joint}, friction: {{{word}: {said(level)}{f', static: {said(static)}' if static else ''}}}}}")
+        rest = f", static: {static if held.pawl else said(static)}" if static else ""
+        self.forces.append(f"  rub: {{joint: {joint}, friction: {{{word}: {said(level)}{rest}}}}}")
         held.level = lambda t, way: self.mutated("friction-sign", level, 0.5 * level) * side(way)
-        held.static = lambda t, way: self.mutated("friction-static", static or level, 4 * (static or level)) * side(way)
+        held.static = lambda t, way: math.inf if way == held.pawl else self.mutated("friction-static", static or level, 4 * (static or level)) * side(way)
+        held.catches = self.mutated("ratchet-rebounds", True, False)
+        if held.pawl < 0 and held.upper is None:
+            self.stop()  # from which it would rebound
 
     def stop(self):
         """A rigid limit of a coordinate, or one on each side."""

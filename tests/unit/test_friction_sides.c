@@ -112,6 +112,81 @@ static void test_one_way_clutches(void)
     clutch("q(b) - q(a)", "[0.2, unlimited], static: 0.2", 1);
 }
 
+/* A sledge of 1 kg strikes another one of 3 kg, or a stop, at 2 m/s with restitution 0.5. The second one is free, or a
+ * pawl holds it; or the first one has a pawl, which does not let it rebound. Against the stop the impact is then
+ * plastic. */
+static void rack(const char *friction, const char *contact, double first, double second, const char *said)
+{
+    char text[700];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\ngravity: [0, 0, 0]\n"
+                   "bodies:\n  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                   "  b: {joint: {prismatic: x, at: ground}, mass: 3}\n"
+                   "forces: {pawl: {joint: %s}}\ncontacts: {c: {%s, restitution: 0.5}}\n"
+                   "start: {q: {a: 0, b: 1}, qd: {a: 2, b: 0}}\nrun: {t_end: 1.5}\n",
+                   friction, contact);
+    loaded l = load_text(text);
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 1.5);
+        if (!run)
+            continue;
+        CHECK_NEAR(last_q(run)[0], 1 + first, ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[0], first, ways[k].tolerance);
+        CHECK_NEAR(last_q(run)[1], 1 + second, ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[1], second, ways[k].tolerance);
+        CHECK((entry(run, "restitution", 0) != NULL) == (strstr(contact, "upper") != NULL));
+        CHECK_TEXT(entry(run, "impact", 0) ? entry(run, "impact", 0)->text : "none", said);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+static void test_impacts(void)
+{
+    const char *pair = "gap: q(b) - q(a)", *stop = "joint: a, upper: 1";
+    rack("b, friction: {force: [0, unlimited]}", pair, -0.25, 0.75,
+         "'c' struck at 2 m/s: kinetic energy falls by 1.125 of 2 J");
+    rack("b, friction: {force: [unlimited, 0]}", pair, -1, 0,
+         "'c' struck at 2 m/s, 'pawl' held: kinetic energy falls by 1.5 of 2 J");
+    rack("a, friction: {force: [0, unlimited]}", pair, 0, 1,
+         "'c' struck at 2 m/s, 'pawl' held: kinetic energy falls by 0.5 of 2 J");
+    rack("a, friction: {force: [0, unlimited]}", stop, 0, 0, "'c' struck at 2 m/s: kinetic energy falls by 2 of 2 J");
+}
+
+/* The sledge that leaves an impact with a pawl has moved by e (V t - 1). */
+static void derivatives_of_rack(const char *friction, const char *output, double sign, const char *method)
+{
+    char text[700];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\ngravity: [0, 0, 0]\nparameters: {e: 0.5, V: 2, m: 1}\n"
+                   "bodies:\n  a: {joint: {prismatic: x, at: ground}, mass: m}\n"
+                   "  b: {joint: {prismatic: x, at: ground}, mass: 3}\n"
+                   "forces: {pawl: {joint: %s}}\ncontacts: {c: {gap: q(b) - q(a), restitution: e}}\n"
+                   "start: {q: {a: 0, b: 1}, qd: {a: V, b: 0}}\nrun: {t_end: 1.5}\n",
+                   friction);
+    loaded l = load_text(text);
+    kempe_run_options run = {.t_end = 1.5, .rtol = 1e-10, .no_convergence_check = 1};
+    const kempe_sensitivity_options options = {.outputs = output, .parameters = "e,V,m", .method = method, .run = &run};
+    kempe_sensitivity *s = NULL;
+    CHECK(kempe_sensitivity_new(l.model, &options, &s) == KEMPE_OK);
+    if (!s)
+        printf("%s\n", kempe_context_message(l.context));
+    const double expected[] = {2, 0.75, 0};
+    for (int k = 0; s && k < 3; k++)
+        CHECK_NEAR(kmp_sensitivity_slope(s, s->rows - 1, 0, k), sign * expected[k], 1e-8);
+    kempe_sensitivity_free(s);
+    unload(&l);
+}
+
+static void test_derivatives_of_impacts(void)
+{
+    const char *methods[] = {"forward", "adjoint"};
+    for (int k = 0; k < 2; k++) {
+        derivatives_of_rack("a, friction: {force: [0, unlimited]}", "q(b)", 1, methods[k]);
+        derivatives_of_rack("b, friction: {force: [unlimited, 0]}", "q(a)", -1, methods[k]);
+    }
+}
+
 /* A linkage whose friction has two equal levels moves as with one. */
 static void test_equal_levels(void)
 {
@@ -212,6 +287,8 @@ int main(void)
     TEST(test_swings);
     TEST(test_ropes_on_posts);
     TEST(test_one_way_clutches);
+    TEST(test_impacts);
+    TEST(test_derivatives_of_impacts);
     TEST(test_equal_levels);
     TEST(test_derivatives);
     TEST(test_refusals);

@@ -96,7 +96,7 @@ static void add_closures(impact *x, const kmp_friction_run *friction)
 /* True of a contact or friction that may have an impulse. */
 static bool acts(const kmp_impact_run *p, int k)
 {
-    return p->f[k] != 0 || (p->side[k] == 0 && p->upper[k] > 0);
+    return p->f[k] != 0 || (p->side[k] == 0 && p->upper[k] > p->lower[k]);
 }
 
 /* Contacts and friction that act. */
