@@ -334,7 +334,7 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
         const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
         if (here->angles > 0 && lanes->sincos)
             lanes->sincos(lanes->user, (int)here->angle, (int)here->angles, lanes->v, x, s, c);
-        else if (here->angles > 0 && !(lanes->lender && borrow(lanes, here)))
+        else if (here->angles > 0 && !(stage > 0 && lanes->lender && borrow(lanes, here)))
             kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, x, s, c);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)

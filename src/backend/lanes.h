@@ -32,8 +32,8 @@ void kmp_lanes_set_sincos(kmp_lanes *lanes, kmp_lanes_sincos *sincos, void *user
 int kmp_lanes_angles(const kmp_lanes *lanes);
 
 /** Copies sines and cosines from the lanes of another program, of the same width, where that has found them of the same
- * bits: at each run of these lanes it must have been run since it got its inputs, and it must outlive them. false: no
- * memory. */
+ * bits: at each run of these lanes, of a stage after the first, it must have been run since it got its inputs, and it
+ * must outlive them. false: no memory. */
 bool kmp_lanes_borrow_sines(kmp_lanes *lanes, const kmp_lanes *from);
 
 void kmp_lanes_free(kmp_lanes *lanes);

@@ -183,6 +183,38 @@ static void test_borrowed_sines(void)
     kmp_graph_free(g);
 }
 
+/* Values of parameters alone are found before the other program has run: its angles and sines are zeros then. */
+static void test_sines_of_parameters(void)
+{
+    enum { W = 8 };
+    kmp_graph *g = kmp_graph_new();
+    const kmp_ref x = kmp_input(g, KMP_IN_Q, 0), of = kmp_input(g, KMP_IN_PARAMETER, 0);
+    const kmp_ref lent = kmp_cos(g, x), own = kmp_mul(g, kmp_cos(g, of), x);
+    const kmp_ref *const groups[] = {&lent, &own};
+    kmp_program *p[2];
+    kmp_lanes *lanes[2];
+    const double q[W] = {2, 2, 2, 2, 2, 2, 2, 2}, zero[1] = {0};
+    for (int k = 0; k < 2; k++) {
+        p[k] = kmp_program_new(g, 1, (const int[]){1}, &groups[k]);
+        lanes[k] = kmp_lanes_new(p[k], W, false);
+    }
+    CHECK(lanes[0] && lanes[1] && kmp_lanes_borrow_sines(lanes[1], lanes[0]));
+    for (int l = 0; l < W; l++)
+        kmp_lanes_set_one(lanes[1], KMP_IN_PARAMETER, l, zero);
+    (void)kmp_lanes_run(lanes[1], 0);
+    for (int k = 0; k < 2; k++)
+        kmp_lanes_set(lanes[k], KMP_IN_Q, q);
+    (void)kmp_lanes_run(lanes[0], 1);
+    const double *out = kmp_lanes_run(lanes[1], 1);
+    for (int l = 0; l < W; l++)
+        CHECK_NEAR(out[l], 2, 1e-15);
+    for (int k = 0; k < 2; k++) {
+        kmp_lanes_free(lanes[k]);
+        kmp_program_free(p[k]);
+    }
+    kmp_graph_free(g);
+}
+
 static void test_no_memory(void)
 {
     kmp_graph *g = kmp_graph_new();
@@ -208,6 +240,7 @@ int main(void)
     TEST(test_each_lane_is_a_machine);
     TEST(test_best);
     TEST(test_borrowed_sines);
+    TEST(test_sines_of_parameters);
     TEST(test_no_memory);
     return check_report();
 }
