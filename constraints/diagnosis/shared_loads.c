@@ -8,6 +8,7 @@
  * carry nothing. */
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/closing/random_walk.h"
+#include "constraints/kinds/gear_teeth.h"
 #include "constraints/kinds/kind.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
@@ -32,6 +33,7 @@ typedef struct column {
     int closure, row; /* row: -1 for a load */
     bool empty;       /* no coordinate moves it */
     double load[KMP_LOAD_SIZE];
+    double place[3]; /* of gears: the pitch point, ground axes */
 } column;
 
 typedef struct search {
@@ -99,6 +101,23 @@ static void add_all(search *x, int closure, bool moment)
     }
 }
 
+/* The force between teeth at their pitch point, of a multiplier of one. False: no memory, or its row is a row of J. */
+static bool add_teeth(search *x, int c)
+{
+    const kmp_gear *gear = x->model->closures[c].gear;
+    kmp_gear_numbers mesh;
+    double force[3], pitch[3];
+    if (!gear || !kmp_gear_numbers_of(x->model, &x->model->closures[c], &mesh))
+        return false;
+    turned(x->poses[gear->carrier].r, mesh.force, force);
+    turned(x->poses[gear->carrier].r, mesh.pitch, pitch);
+    for (int i = 0; i < 3; i++)
+        pitch[i] += x->poses[gear->carrier].p[i];
+    add_load(x, c, false, force);
+    memcpy(x->columns[x->count - 1].place, pitch, sizeof pitch);
+    return true;
+}
+
 /* The loads of a closure between points; false: they are not known by its kind. */
 static bool add_loads(search *x, int c)
 {
@@ -107,6 +126,8 @@ static bool add_loads(search *x, int c)
     const kmp_part *force = kind->force, *moment = kind->moment;
     double p[3], q[3], d[3], e[2][3], both[3];
     kmp_pose at;
+    if (closure->gear)
+        return add_teeth(x, c);
     if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force->load == kmp_part_effort)
         return false;
     point_place(x, closure->point[0], p);
@@ -183,18 +204,32 @@ static void add_work(const search *x, int body, const double place[3], const dou
         }
 }
 
-static void fill_column(const search *x, const column *c, double *work)
+/* The bodies that a load is between, and its place. */
+static void find_loaded(const search *x, const column *c, int body[2], double place[3])
 {
     const kmp_closure *closure = &x->model->closures[c->closure];
+    if (closure->gear) {
+        memcpy(body, closure->gear->wheel, sizeof closure->gear->wheel);
+        memcpy(place, c->place, sizeof c->place);
+        return;
+    }
+    for (int side = 0; side < 2; side++)
+        body[side] = x->model->points[closure->point[side]].body;
+    point_place(x, closure->point[1], place);
+}
+
+static void fill_column(const search *x, const column *c, double *work)
+{
     memset(work, 0, (size_t)x->n * sizeof *work);
     if (c->row >= 0) {
         add_row(x, c->row, work);
         return;
     }
     double q[3];
-    point_place(x, closure->point[1], q);
-    add_work(x, x->model->points[closure->point[1]].body, q, c->load, 1, work);
-    add_work(x, x->model->points[closure->point[0]].body, q, c->load, -1, work);
+    int body[2];
+    find_loaded(x, c, body, q);
+    add_work(x, body[1], q, c->load, 1, work);
+    add_work(x, body[0], q, c->load, -1, work);
 }
 
 /* -- loads of joints ---------------------------------------------------------------------------------- */
@@ -245,7 +280,6 @@ static void mark_set(search *x, const double *z)
     memset(x->on_body, 0, (size_t)model->body_count * sizeof *x->on_body);
     for (int c = 0, j = 0; c < model->closure_count; c++) {
         double whole[KMP_LOAD_SIZE] = {0};
-        const kmp_closure *closure = &model->closures[c];
         bool loads = false;
         for (; j < x->count && x->columns[j].closure == c; j++) {
             loads = x->columns[j].row < 0;
@@ -262,9 +296,12 @@ static void mark_set(search *x, const double *z)
             continue;
         }
         double q[3];
-        point_place(x, closure->point[1], q);
-        put_on(x, model->points[closure->point[1]].body, q, whole, 1);
-        put_on(x, model->points[closure->point[0]].body, q, whole, -1);
+        int body[2];
+        find_loaded(x, &x->columns[j - 1], body, q);
+        put_on(x, body[1], q, whole, 1);
+        put_on(x, body[0], q, whole, -1);
+        if (model->closures[c].gear && kmp_dot(3, whole, whole) > PART * PART) /* teeth separate by |lambda| */
+            x->unknown = c;
     }
     carry(x);
     for (int b = 1; b < model->body_count; b++)

@@ -18,7 +18,8 @@ typedef struct kmp_part {
 
     /** The force or moment on the second point's body at that point, in the axes of that ancestor, from one multiplier
      * per declared row (zero for a dropped one). A part that is not between points returns its generalized force and
-     * two zeros. The first point's body carries the opposite load. */
+     * two zeros; of gears the force on the second wheel at the pitch point, in the axes of the ground. The first
+     * point's body carries the opposite load. */
     kmp_vec (*load)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 
     /** Rows between rates, linear in them, that are the rates of no h; false, or NULL: the rows are the rows of h. */

@@ -323,7 +323,7 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     if (part->rows == 0)
         return kmp_vec_zero();
     kmp_vec load = part->load(tree, closure, moment ? lambda + kind->force->rows : lambda);
-    if (part->load == kmp_part_effort)
+    if (part->load == kmp_part_effort || closure->gear)
         return load;
     const kmp_point *points = tree->model->points;
     int common = kmp_model_common_body(tree->model, points[closure->point[0]].body, points[closure->point[1]].body);

@@ -4,6 +4,7 @@
  * motions are removed at the end. */
 #include "dynamics/joint_loads.h"
 #include "base/context.h"
+#include "constraints/kinds/gear_teeth.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
@@ -41,6 +42,7 @@ struct kmp_joint_loads {
     kmp_link *spare;               /* a copy of the tree's links; NULL: none, or in use */
     int *crossing, *crossing_from; /* of each body: closures between the two sides of its joint */
     int *anywhere, anywhere_count; /* closures of coordinates, or without two points */
+    int *gear, gear_count;         /* pairs of gear wheels */
     int *element, element_count;   /* friction along lengths and angles, and rigid contacts */
 };
 
@@ -139,14 +141,20 @@ static void list_closures(kmp_joint_loads *loads, const kmp_tree *tree)
     const kempe_model *model = tree->model;
     int *from = KMP_GRAPH_NEW(tree->graph, int, model->body_count + 2), body;
     loads->anywhere = KMP_GRAPH_NEW(tree->graph, int, model->closure_count + 1);
+    loads->gear = KMP_GRAPH_NEW(tree->graph, int, model->closure_count + 1);
     loads->crossing_from = from;
-    if (!from || !loads->anywhere)
+    if (!from || !loads->anywhere || !loads->gear)
         return;
     for (int pass = 0; pass < 2; pass++) {
         for (int c = 0; c < model->closure_count; c++) {
             const kmp_closure *closure = &model->closures[c];
             if (kmp_closure_is_of_modes(closure))
                 continue;
+            if (closure->gear) {
+                if (pass == 0)
+                    loads->gear[loads->gear_count++] = c;
+                continue;
+            }
             if (closure->point[0] < 0 || closure->point[1] < 0 ||
                 kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort) {
                 if (pass == 0)
@@ -184,7 +192,7 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
 {
     const kempe_model *model = moved->model;
     for (int c = 0; across < 0 && c < model->closure_count; c++)
-        if (!kmp_closure_is_of_modes(&model->closures[c]))
+        if (!kmp_closure_is_of_modes(&model->closures[c]) && !model->closures[c].gear)
             add_closure_rows(moved, c, a);
     if (across < 0)
         return;
@@ -211,6 +219,40 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int acro
             of = KMP_ZERO;
         }
         add_acting(a, of, value);
+    }
+}
+
+/* True if the copy of the tree displaces a body. */
+static bool is_displaced(const kmp_tree *tree, const kmp_tree *moved, int body)
+{
+    bool displaced = false;
+    for (int i = tree->mounts[body].link; i > 0; i = tree->links[i].parent)
+        displaced = displaced || memcmp(&moved->links[i], &tree->links[i], sizeof *tree->links) != 0;
+    return displaced;
+}
+
+/* Adds the forces of teeth on displaced wheels: as force and moment about a point of a link. */
+static void add_teeth(const kmp_joint_loads *loads, const kmp_tree *tree, const kmp_tree *moved, int link,
+                      kmp_vec about, kmp_ref generalized[VIRTUAL])
+{
+    kmp_graph *g = tree->graph;
+    for (int i = 0; i < loads->gear_count; i++) {
+        const kmp_closure *closure = &tree->model->closures[loads->gear[i]];
+        const bool first = is_displaced(tree, moved, closure->gear->wheel[0]);
+        kmp_vec force, place;
+        if (first == is_displaced(tree, moved, closure->gear->wheel[1]))
+            continue;
+        const kmp_ref lambda = kmp_tree_multiplier(tree, loads->gear[i], 0);
+        const int carrier = tree->mounts[closure->gear->carrier].link, top = kmp_tree_common(tree, carrier, link);
+        kmp_gear_force(tree, closure, lambda, top, &force, &place);
+        place = kmp_vec_sub(g, place, kmp_link_position(tree, link, about, top));
+        force = kmp_from_ancestor(tree, link, top, first ? kmp_vec_sub(g, kmp_vec_zero(), force) : force);
+        place = kmp_from_ancestor(tree, link, top, place);
+        const kmp_vec moment = kmp_vec_cross(g, place, force);
+        for (int k = 0; k < 3; k++) {
+            generalized[k] = kmp_add(g, generalized[k], force.x[k]);
+            generalized[3 + k] = kmp_add(g, generalized[3 + k], moment.x[k]);
+        }
     }
 }
 
@@ -324,6 +366,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
+    add_teeth(loads, tree, &moved, tree->links[first].parent, tree->links[first].p, generalized);
     put_back(tree, first, &moved);
     loads->obstacle_of[body] = loads->obstructed == body ? loads->obstacle : NULL;
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
@@ -402,6 +445,7 @@ static kmp_wrench beyond_section(const kmp_tree *tree, int point)
             displace(tree, i, true, &moved);
         }
     find_acting(loads, tree, &moved, -1 - point, generalized);
+    add_teeth(loads, tree, &moved, frame, kmp_vec_zero(), generalized);
     for (int i = frame + 1; i < tree->count; i++)
         put_back(tree, i, &moved);
     for (int k = 0; k < 3; k++) {

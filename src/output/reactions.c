@@ -147,7 +147,8 @@ static void add_closure(kmp_reactions *r, int c)
             made->place = made->note ? -1 : c;
         }
     made->note = made->note ? made->note : note_of_clearance(r, closure->name);
-    note_coupling(r, closure);
+    if (!closure->gear)
+        note_coupling(r, closure);
 }
 
 kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, const kmp_all_loads *loads, bool drives)

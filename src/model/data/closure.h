@@ -6,6 +6,8 @@
 #include "model/language/expression.h"
 #include <stdbool.h>
 
+struct kmp_gear;
+
 /** A coordinate times a factor. */
 typedef struct kmp_term {
     int motion;
@@ -42,6 +44,7 @@ typedef struct kmp_closure {
     int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
     int curve_count;              /* number of curve expressions: rows */
     int power;                    /* of a constraint, and of a curve: its unit is m^power */
+    struct kmp_gear *gear;        /* of a pair of gear wheels (gear.h); otherwise NULL */
 } kmp_closure;
 
 /** A joint between two bodies that became a closure of the same name, and the reason. */

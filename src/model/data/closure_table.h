@@ -14,6 +14,7 @@ typedef enum kmp_closure_needs {
     KMP_NEEDS_CURVE,
     KMP_NEEDS_TERMS,
     KMP_NEEDS_EXPRESSION,
+    KMP_NEEDS_GEARS,
     KMP_NEEDS_COUPLING,
     KMP_NEEDS_DRIVE,
     KMP_NEEDS_WHEEL,

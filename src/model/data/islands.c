@@ -8,6 +8,7 @@
 #include "base/union_find.h"
 #include "model/data/closure.h"
 #include "model/data/force_table.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
 
 /* A walk over references. While elements are united nothing is copied. */
@@ -158,6 +159,27 @@ static void walk_body(walk *w, kmp_body *b)
         b->load_closure = to_closure(w, b->load_closure);
 }
 
+static void walk_gear(walk *w, kmp_closure *c)
+{
+    kmp_gear scratch, *gear = &scratch;
+    if (!c->gear)
+        return;
+    if (w->arena)
+        gear = kmp_arena_copy(w->arena, c->gear, 1, sizeof *c->gear);
+    else
+        scratch = *c->gear;
+    if (!gear)
+        return;
+    gear->carrier = to_body(w, gear->carrier);
+    for (int side = 0; side < 2; side++) {
+        gear->wheel[side] = to_body(w, gear->wheel[side]);
+        gear->centre[side] = to_point(w, gear->centre[side]);
+        gear->axis[side] = to_motion(w, gear->axis[side]);
+    }
+    if (w->arena)
+        c->gear = gear;
+}
+
 static void walk_closure(walk *w, kmp_closure *c)
 {
     for (int k = 0; k < 2; k++) {
@@ -173,6 +195,7 @@ static void walk_closure(walk *w, kmp_closure *c)
         if (w->arena)
             c->terms[k].motion = motion;
     }
+    walk_gear(w, c);
     if (c->kind == KMP_CLOSURE_friction || c->kind == KMP_CLOSURE_touch)
         c->force = to_force(w, c->force);
 }

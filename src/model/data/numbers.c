@@ -2,6 +2,7 @@
 /* One visit to every number of a model: parameters, variants and sensitivities find their numbers by it. */
 #include "model/data/numbers.h"
 #include "model/data/closure_table.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
 #include <stddef.h>
 
@@ -39,6 +40,13 @@ static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *
         visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
 }
 
+static void visit_gear(walk *w, const char *name, const kmp_gear *gear)
+{
+    for (int k = 0; k < KMP_GEAR_NUMBERS; k++)
+        if (kmp_gear_has(gear, (kmp_gear_number)k))
+            visit(w, name, kmp_gear_number_keys[k], 1, &gear->number[k]);
+}
+
 static void visit_constants(walk *w, const kempe_model *model, const kmp_flexible *flexible)
 {
     for (int i = 0; i < flexible->number_count; i++)
@@ -74,6 +82,9 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
     }
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
+    for (int k = 0; k < model->closure_count; k++)
+        if (model->closures[k].gear)
+            visit_gear(&w, model->closures[k].name, model->closures[k].gear);
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
         for (int i = 0; i < kmp_force_field_count; i++)

@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/language/expression_value.h"
@@ -63,6 +64,8 @@ static void copy_closures(kmp_variant *v)
             closure->terms = COPY(v, closure->terms, closure->term_count, 0);
         if (closure->constant)
             closure->constant = COPY(v, closure->constant, 1, 0);
+        if (closure->gear)
+            closure->gear = COPY(v, closure->gear, 1, 0);
     }
 }
 
@@ -424,6 +427,10 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
             if (c->terms[i].factor.value == 0 && !why->length)
                 kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
                                 m->motions[c->terms[i].motion].name);
+        for (int i = 0; c->gear && i < KMP_GEAR_NUMBERS; i++)
+            if (kmp_gear_has(c->gear, i) && !(c->gear->number[i].value > 0) && !why->length)
+                kmp_text_printf(why, "the %s of gear '%s' is %.6g: it must be positive", kmp_gear_number_keys[i],
+                                c->name, c->gear->number[i].value);
     }
     for (int k = 0; k < m->state_count; k++)
         if (base->states[k].delay.value > 0 && !(m->states[k].delay.value > 0) && !why->length)

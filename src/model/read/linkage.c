@@ -530,6 +530,18 @@ static void find_start(const search *s, const char *key)
     }
 }
 
+/* The joints that gears name. */
+static void search_gears(search *s)
+{
+    const kmp_yaml *map = kmp_yaml_get(s->r->root, "gears");
+    for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
+        const kmp_yaml *wheels = kmp_yaml_get(map->items[k], "between");
+        s->reason = kmp_reader_say(s->r, "gear '%s' turns it", map->keys[k]->text);
+        for (int i = 0; wheels && wheels->kind == KMP_YAML_LIST && i < wheels->count; i++)
+            need_node(s, wheels->items[i]);
+    }
+}
+
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
     search s = {r, g, "", false};
@@ -542,6 +554,7 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
+    search_gears(&s);
     s.stops = true;
     search_entries(&s, "contacts", "contact '%s' acts on it", "contact '%s' depends on it");
     s.stops = false;

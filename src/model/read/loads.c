@@ -200,7 +200,7 @@ void kmp_model_begin(const kempe_model *model)
 static void warn_of_couplers(const kempe_model *model)
 {
     for (const kmp_closure *c = model->closures; c < model->closures + model->closure_count; c++)
-        for (int k = 0; k < c->term_count; k++) {
+        for (int k = 0; k < c->term_count && !c->gear; k++) {
             int body = model->motions[c->terms[k].motion].body;
             if (has_reaction(model, body))
                 kmp_log(model->context, KEMPE_LOG_WARNING,

@@ -6,6 +6,7 @@
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
+#include "model/read/read_gears.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_tables.h"
@@ -349,12 +350,23 @@ static void add_couplings(kmp_reader *r)
     }
 }
 
+/* No two closures have the same name. */
+static void check_named(kmp_reader *r, const kmp_section *section)
+{
+    if (kmp_name_find(KMP_NAMED(r->model, closure), section->name) >= 0)
+        kmp_reader_complain(r, section->key->place,
+                            "a %s cannot have the name '%s' of a loop: lambda(%s) would be ambiguous", section->kind,
+                            section->name, section->name);
+}
+
 void kmp_read_closures(kmp_reader *r)
 {
     kempe_model *model = r->model;
     kmp_section loops = kmp_read_section(r, "loops", "loop"), drives = kmp_read_section(r, "drives", "drive");
+    kmp_section gears = kmp_read_section(r, "gears", "gear");
     const kmp_yaml *cuts = kmp_linkage_cuts(r);
-    int count = loops.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
+    int count =
+        loops.count + gears.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
     count += (forces ? forces->count : 0) + kmp_contacts_count(r->root); /* frictions with modes have a row */
     count += kmp_count_pressed(model);
@@ -365,11 +377,12 @@ void kmp_read_closures(kmp_reader *r)
         read_closure(r, loops.node, loops.what, add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
+    while (kmp_section_next(&gears)) {
+        check_named(r, &gears);
+        kmp_read_gear(r, gears.node, gears.what, add_closure(r, gears.name, KMP_CLOSURE_gear, gears.key->place));
+    }
     while (kmp_section_next(&drives)) {
-        if (kmp_name_find(KMP_NAMED(model, closure), drives.name) >= 0)
-            kmp_reader_complain(r, drives.key->place,
-                                "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous",
-                                drives.name, drives.name);
+        check_named(r, &drives);
         read_drive(r, drives.node, drives.what, add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
         check_driven(r, model->closure_count - 1);
     }

@@ -8,6 +8,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
 #include "model/data/force.h"
+#include "model/data/gear.h"
 #include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -258,6 +259,22 @@ static void put_curve(kmp_json *json, const kempe_model *model, const kmp_closur
         put_expr(json, keys[closure->curve_side[k]], model, closure->curve[k]);
 }
 
+static void put_gear(kmp_json *json, const kempe_model *model, const kmp_gear *gear)
+{
+    kmp_json_array(json, "between");
+    for (int side = 0; side < 2; side++)
+        kmp_json_string(json, NULL, model->bodies[gear->wheel[side]].name);
+    kmp_json_end(json);
+    kmp_json_string(json, "carrier", model->bodies[gear->carrier].name);
+    if (gear->teeth[0] > 0)
+        kmp_json_numbers(json, "teeth", gear->teeth[1] > 0 ? 2 : 1, gear->teeth);
+    if (gear->internal)
+        kmp_json_boolean(json, "internal", true);
+    for (int k = 0; k < KMP_GEAR_NUMBERS; k++)
+        if (kmp_gear_has(gear, (kmp_gear_number)k) && k != KMP_GEAR_RADIUS_2)
+            kmp_json_number(json, kmp_gear_number_keys[k], gear->number[k].value);
+}
+
 static void put_closure(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
 {
     kmp_json_put(json, "name %s kind %s", closure->name, kmp_closure_word(closure));
@@ -269,6 +286,8 @@ static void put_closure(kmp_json *json, const kempe_model *model, const kmp_clos
         kmp_model_json_point(json, NULL, model, closure->point[1]);
         kmp_json_end(json);
     }
+    if (closure->gear)
+        put_gear(json, model, closure->gear);
     if (closure->term_count > 0) {
         kmp_json_object(json, "terms");
         for (int k = 0; k < closure->term_count; k++)

@@ -9,6 +9,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
 #include "model/data/force.h"
+#include "model/data/gear.h"
 #include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
@@ -261,9 +262,24 @@ static void show_bodies(kmp_text *text, const kempe_model *model)
 
 /* -- closures -------------------------------------------------------------------------------------- */
 
+static void show_gear(kmp_text *text, const kempe_model *model, const kmp_gear *gear)
+{
+    kmp_text_printf(text, "%s and %s, ", model->bodies[gear->wheel[0]].name, model->bodies[gear->wheel[1]].name);
+    if (gear->teeth[0] == 0)
+        kmp_text_printf(text, "radius %.6g and %.6g m", gear->number[KMP_GEAR_RADIUS_1].value,
+                        gear->number[KMP_GEAR_RADIUS_2].value);
+    else
+        kmp_text_printf(text, "teeth %.0f and %.0f", gear->teeth[0], gear->teeth[1]);
+    kmp_text_printf(text, ", axes in %s", model->bodies[gear->carrier].name);
+}
+
 /* A closure that is not between points. */
 static void show_relation(kmp_text *text, const kempe_model *model, const kmp_closure *closure)
 {
+    if (closure->gear) {
+        show_gear(text, model, closure->gear);
+        return;
+    }
     for (int k = 0; k < closure->term_count; k++) {
         put_number(text, k > 0 ? " + " : "", closure->terms[k].factor.value);
         kmp_text_printf(text, " %s", model->motions[closure->terms[k].motion].name);

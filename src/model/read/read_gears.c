@@ -1,0 +1,540 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Pairs of gear wheels. The joints on the path in the tree from one wheel to the other decide what each pair is: up to
+ * the carrier they turn about the axis of the first wheel, and from there about the axis of the second one, or move
+ * along a rack. So planets, a turning housing and a ring fixed to the ground need no further words. */
+#include "model/read/read_gears.h"
+#include "base/memory.h"
+#include "linalg/dense/dot.h"
+#include "model/data/coordinates.h"
+#include "model/data/gear.h"
+#include "model/data/model.h"
+#include "model/data/pose.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
+#include "model/read/reader.h"
+#include <math.h>
+#include <string.h>
+
+/* Sines of angles between axes, and distances over the size of the mechanism, that count as zero: written places have
+ * nine digits. A distance of the axes that differs by more from the one by teeth and module changes printed digits. */
+#define SAME_AXIS     1e-9
+#define SAME_DISTANCE 1e-6
+
+static const kmp_key gear_keys[] = {
+#include "model/keys/gear_keys.def"
+    {0}};
+
+/* A joint between the wheels: it is passed from its body up to the parent, or down. */
+typedef struct passed {
+    int motion;
+    bool up;
+    int beyond; /* the body behind it, as seen from the first wheel */
+} passed;
+
+/* A pair that is being read, in the axes of the ground with all coordinates zero. */
+typedef struct pair {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_gear *gear;
+    passed *path;
+    int count, split;   /* joints on the path; of the first wheel */
+    const double *zero; /* coordinates */
+    kmp_pose *poses;
+    double (*axes)[3], (*places)[3]; /* of motions */
+    double a[2][3], centre[2][3];    /* of the wheels */
+    double length;                   /* the size of their places */
+} pair;
+
+static bool complain(const pair *p, const char *sentence)
+{
+    return kmp_reader_complain(p->r, p->map->place, "%s: %s", p->what, sentence);
+}
+
+/* -- the wheels ---------------------------------------------------------------------------------------- */
+
+static bool read_wheel(const pair *p, const kmp_yaml *node, int which)
+{
+    const kempe_model *model = p->r->model;
+    const char *text = kmp_read_word(p->r, node, p->what);
+    if (text && strchr(text, '.')) {
+        const int point = kmp_read_point(p->r, node, p->what);
+        p->gear->centre[which] = point;
+        p->gear->wheel[which] = point >= 0 ? model->points[point].body : -1;
+        return point >= 0;
+    }
+    const int joint = text ? kmp_joint_find(model, kmp_reader_name(p->r, node->place.file, text)) : -1;
+    if (joint >= 0) {
+        const kmp_body *b = &model->bodies[joint];
+        p->gear->wheel[which] = b->loads_parent ? b->parent : joint;
+        p->gear->centre[which] = b->loads_parent ? b->at : b->to;
+        return true;
+    }
+    p->gear->wheel[which] = text ? kmp_read_body(p->r, node, p->what) : -1;
+    p->gear->centre[which] = -1;
+    return p->gear->wheel[which] >= 0;
+}
+
+static bool read_wheels(const pair *p)
+{
+    const kmp_yaml *node = kmp_read_required(p->r, p->map, p->what, "between");
+    if (!node || !kmp_read_list(p->r, node, kmp_reader_say(p->r, "%s: between", p->what), 2))
+        return false;
+    bool good = read_wheel(p, node->items[0], 0);
+    good = read_wheel(p, node->items[1], 1) && good;
+    if (good && p->gear->wheel[0] == p->gear->wheel[1])
+        return complain(p, "both wheels are the same body");
+    return good;
+}
+
+static const char *wheel_name(const pair *p, int which)
+{
+    return p->r->model->bodies[p->gear->wheel[which]].name;
+}
+
+/* -- the path between them ----------------------------------------------------------------------------- */
+
+static bool add_passed(pair *p, int body, bool up)
+{
+    const kmp_body *b = &p->r->model->bodies[body];
+    if (b->flexible > 0)
+        return kmp_reader_complain(
+            p->r, p->map->place,
+            "%s: the flexible body '%s' is between the wheels, so that their axes do not rest in "
+            "one body",
+            p->what, b->name);
+    if (b->motion_count - b->load_count > 1)
+        return kmp_reader_complain(p->r, p->map->place,
+                                   "%s: joint '%s' between the wheels has several coordinates; wheels turn by revolute "
+                                   "joints, and racks move by prismatic ones",
+                                   p->what, b->joint);
+    if (b->load_count > 0)
+        return kmp_reader_complain(p->r, p->map->place,
+                                   "%s: friction is pressed by the reaction of joint '%s', which would be without the "
+                                   "force of the teeth: give that friction by torque or force in place of mu",
+                                   p->what, b->joint);
+    if (b->motion_count == 1)
+        p->path[p->count++] = (passed){b->first_motion, up, up ? b->parent : body};
+    else if (p->count > 0 && up)
+        p->path[p->count - 1].beyond = b->parent;
+    return true;
+}
+
+/* The joints from the first wheel up to the common body, then down to the second one. */
+static bool find_path(pair *p)
+{
+    const kempe_model *model = p->r->model;
+    const int top = kmp_model_common_body(model, p->gear->wheel[0], p->gear->wheel[1]);
+    int down = 0;
+    for (int b = p->gear->wheel[0]; b != top; b = model->bodies[b].parent)
+        if (!add_passed(p, b, true))
+            return false;
+    for (int b = p->gear->wheel[1]; b != top; b = model->bodies[b].parent)
+        down++;
+    for (int k = down - 1; k >= 0; k--) {
+        int b = p->gear->wheel[1];
+        for (int i = 0; i < k; i++)
+            b = model->bodies[b].parent;
+        if (!add_passed(p, b, false))
+            return false;
+    }
+    if (p->count < 2)
+        return kmp_reader_complain(p->r, p->map->place,
+                                   "%s: between '%s' and '%s' there is only one joint; both must move against the body "
+                                   "that carries their axes",
+                                   p->what, wheel_name(p, 0), wheel_name(p, 1));
+    return true;
+}
+
+static bool is_parallel(const double a[3], const double b[3])
+{
+    double c[3];
+    kmp_cross3(a, b, c);
+    return kmp_dot(3, c, c) <= SAME_AXIS * SAME_AXIS;
+}
+
+/* True if joints `from` to `to` have one axis: rotations about one line, or translations along one direction. */
+static bool is_one_axis(const pair *p, int from, int to)
+{
+    const kmp_motion *motions = p->r->model->motions;
+    const int first = p->path[from].motion;
+    bool one = true;
+    for (int k = from + 1; k < to; k++) {
+        const int m = p->path[k].motion;
+        double off[3], across[3];
+        for (int i = 0; i < 3; i++)
+            off[i] = p->places[m][i] - p->places[first][i];
+        kmp_cross3(off, p->axes[first], across);
+        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->axes[m], p->axes[first]) &&
+              (!motions[m].rotation || sqrt(kmp_dot(3, across, across)) <= SAME_AXIS * p->length);
+    }
+    return one;
+}
+
+/* Number of joints of the first wheel, at the only place where the axis changes; 0: there is none. */
+static int find_split(const pair *p)
+{
+    for (int k = 1; k < p->count; k++)
+        if (is_one_axis(p, 0, k) && is_one_axis(p, k, p->count))
+            return k;
+    return 0;
+}
+
+static void put_term(const pair *p, int k, int side, kmp_term *term)
+{
+    const passed *at = &p->path[k];
+    const double along = kmp_dot(3, p->axes[at->motion], p->axes[p->gear->axis[side]]);
+    const bool towards = side == 0 ? at->up : !at->up; /* the wheel's side is the body of the joint */
+    *term = (kmp_term){at->motion, {.value = (towards ? 1 : -1) * (along > 0 ? 1 : -1)}};
+}
+
+/* Carrier, axes, and the coordinates that move each wheel against the carrier. */
+static bool find_axes(pair *p, kmp_closure *closure)
+{
+    kmp_gear *gear = p->gear;
+    const kempe_model *model = p->r->model;
+    p->split = find_split(p);
+    if (p->split == 0)
+        return kmp_reader_complain(p->r, p->map->place,
+                                   "%s: no body carries both axes: the joints between '%s' and '%s' turn about one "
+                                   "line up to a body, and about "
+                                   "one other line from there; joint '%s' does not fit",
+                                   p->what, wheel_name(p, 0), wheel_name(p, 1),
+                                   model->bodies[model->motions[p->path[1].motion].body].joint);
+    gear->carrier = p->path[p->split - 1].beyond;
+    gear->axis[0] = p->path[0].motion;
+    gear->axis[1] = p->path[p->count - 1].motion;
+    gear->first_count = p->split;
+    if (!model->motions[gear->axis[0]].rotation)
+        return complain(p, "the first wheel of 'between' turns; a rack is the second one");
+    gear->form = model->motions[gear->axis[1]].rotation ? KMP_GEAR_PARALLEL : KMP_GEAR_RACK;
+    closure->terms = KMP_ARENA_NEW(&p->r->model->arena, kmp_term, p->count);
+    for (int k = 0; closure->terms && k < p->count; k++)
+        put_term(p, k, k >= p->split, &closure->terms[k]);
+    closure->term_count = closure->terms ? p->count : 0;
+    for (int side = 0; side < 2; side++) {
+        kmp_pose at = p->poses[gear->wheel[side]];
+        if (gear->centre[side] >= 0)
+            kmp_pose_of_point(model, p->poses, p->zero, gear->centre[side], &at);
+        memcpy(p->centre[side], at.p, sizeof at.p);
+        memcpy(p->a[side], p->axes[gear->axis[side]], sizeof p->a[side]);
+    }
+    return true;
+}
+
+/* The body that carries all that is welded to a body. */
+static int first_welded(const kempe_model *model, int body)
+{
+    while (body > 0 && model->bodies[body].motion_count == 0)
+        body = model->bodies[body].parent;
+    return body;
+}
+
+static bool check_carrier(const pair *p)
+{
+    const kmp_yaml *node = kmp_yaml_get(p->map, "carrier");
+    const int body = node ? kmp_read_body(p->r, node, p->what) : p->gear->carrier;
+    const kempe_model *model = p->r->model;
+    if (body < 0 || first_welded(model, body) == first_welded(model, p->gear->carrier))
+        return body >= 0;
+    return kmp_reader_complain(p->r, node->place, "%s: the axes of both wheels rest in '%s', not in '%s'", p->what,
+                               model->bodies[p->gear->carrier].name, model->bodies[body].name);
+}
+
+/* -- numbers ------------------------------------------------------------------------------------------- */
+
+static bool read_own_number(const pair *p, const kmp_yaml *node, const char *key, kmp_gear_number number, bool angle)
+{
+    const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
+    kmp_number *own = &p->gear->number[number];
+    if (!kmp_read_number(p->r, node, name, kmp_key_dimension(gear_keys, key), own))
+        return false;
+    if (!kmp_check_rule(p->r, node, name, number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE,
+                        own->value, ""))
+        return false;
+    if (angle && own->value >= 2 * atan(1))
+        return kmp_reader_complain(p->r, node->place, "%s is %.6g deg: it must be less than 90 deg", name,
+                                   own->value * 45 / atan(1));
+    return true;
+}
+
+/* A whole number of teeth, or of starts. */
+static bool read_count(const pair *p, const kmp_yaml *node, const char *key, double *teeth)
+{
+    const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
+    if (!kmp_read_fixed(p->r, node, name, KMP_DIM_NUMBER, teeth))
+        return false;
+    if (*teeth >= 1 && *teeth == floor(*teeth))
+        return true;
+    return kmp_reader_complain(p->r, node->place, "%s is %.6g: a whole number of at least 1 is expected", name, *teeth);
+}
+
+/* One number for one wheel, a list of two for two. */
+static bool read_of_wheels(const pair *p, const char *key, int count,
+                           bool (*read)(const pair *, const kmp_yaml *, const char *, int), int first)
+{
+    const kmp_yaml *node = kmp_yaml_get(p->map, key);
+    if (count == 1)
+        return read(p, node, key, first);
+    bool good = kmp_read_list(p->r, node, kmp_reader_say(p->r, "%s: %s", p->what, key), 2);
+    for (int k = 0; k < 2 && good; k++)
+        good = read(p, node->items[k], key, k);
+    return good;
+}
+
+static bool read_teeth_of(const pair *p, const kmp_yaml *node, const char *key, int which)
+{
+    return read_count(p, node, key, &p->gear->teeth[which]);
+}
+
+static bool read_radius_of(const pair *p, const kmp_yaml *node, const char *key, int which)
+{
+    return read_own_number(p, node, key, which ? KMP_GEAR_RADIUS_2 : KMP_GEAR_RADIUS_1, false);
+}
+
+/* Teeth or radii of all wheels. */
+static bool read_sizes(const pair *p)
+{
+    const bool teeth = kmp_yaml_get(p->map, "teeth"), radius = kmp_yaml_get(p->map, "radius");
+    const bool worm = p->gear->form == KMP_GEAR_WORM, rack = p->gear->form == KMP_GEAR_RACK;
+    if (worm && radius)
+        return complain(p, "a worm and its wheel are given by starts, teeth, and module or lead_angle, without radius");
+    if (teeth == radius)
+        return complain(p, "exactly one of the keys teeth, radius is expected");
+    if (teeth && rack && !kmp_yaml_get(p->map, "module"))
+        return complain(p, "the wheel of a rack is given by radius, or by teeth and module");
+    if (worm && !read_count(p, kmp_yaml_get(p->map, "starts"), "starts", &p->gear->teeth[0]))
+        return false;
+    return read_of_wheels(p, teeth ? "teeth" : "radius", worm || rack ? 1 : 2, teeth ? read_teeth_of : read_radius_of,
+                          worm);
+}
+
+static const char *const form_words[] = {"wheels with parallel axes", "bevel gears", "a worm", "a rack"};
+
+/* Keys that a form does not have. */
+static bool check_keys(const pair *p)
+{
+    static const struct {
+        const char *key;
+        unsigned forms; /* that have it */
+    } row[] = {{"internal", 1u << KMP_GEAR_PARALLEL},
+               {"helix", 1u << KMP_GEAR_PARALLEL | 1u << KMP_GEAR_RACK},
+               {"hand", 1u << KMP_GEAR_PARALLEL | 1u << KMP_GEAR_RACK | 1u << KMP_GEAR_WORM},
+               {"starts", 1u << KMP_GEAR_WORM},
+               {"lead_angle", 1u << KMP_GEAR_WORM}};
+    bool good = true;
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
+        const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
+        if (node && !(row[k].forms >> p->gear->form & 1))
+            good = kmp_reader_complain(p->r, node->place, "%s: %s have no %s", p->what, form_words[p->gear->form],
+                                       row[k].key);
+    }
+    return good;
+}
+
+static bool read_numbers(const pair *p)
+{
+    static const struct {
+        const char *key;
+        kmp_gear_number number;
+        bool angle;
+    } row[] = {{"module", KMP_GEAR_MODULE, false},
+               {"helix", KMP_GEAR_HELIX, true},
+               {"lead_angle", KMP_GEAR_LEAD, true},
+               {"pressure_angle", KMP_GEAR_PRESSURE, true}};
+    const kmp_yaml *hand = kmp_yaml_get(p->map, "hand");
+    static const char *const hands[] = {"right", "left"};
+    bool good = check_keys(p) && read_sizes(p);
+    (void)kmp_key_default(gear_keys, "pressure_angle", 1, &p->gear->number[KMP_GEAR_PRESSURE].value);
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
+        const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
+        good = (!node || read_own_number(p, node, row[k].key, row[k].number, row[k].angle)) && good;
+    }
+    const int chosen = hand ? kmp_read_choice(p->r, hand, p->what, KMP_NAMES_OF(hands), "hand is", " or ") : 0;
+    p->gear->left = chosen == 1;
+    return good && chosen >= 0;
+}
+
+/* -- the forms ----------------------------------------------------------------------------------------- */
+
+static double size_of(const pair *p, int which)
+{
+    return p->gear->teeth[which] > 0 ? p->gear->teeth[which] : p->gear->number[KMP_GEAR_RADIUS_1 + which].value;
+}
+
+/* Distance from a axis to the centre of the other wheel, without the part along `a`, and along `b` too. */
+static double distance_across(const double from[3], const double to[3], const double a[3], const double *b,
+                              double across[3])
+{
+    double d[3];
+    for (int i = 0; i < 3; i++)
+        d[i] = to[i] - from[i];
+    const double along[2] = {kmp_dot(3, d, a), b ? kmp_dot(3, d, b) : 0};
+    for (int i = 0; i < 3; i++)
+        across[i] = d[i] - along[0] * a[i] - (b ? along[1] * b[i] : 0);
+    return sqrt(kmp_dot(3, across, across));
+}
+
+static bool finish_parallel(const pair *p)
+{
+    kmp_gear *gear = p->gear;
+    double c[3];
+    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], NULL, c);
+    const bool same = kmp_dot(3, p->a[0], p->a[1]) > 0;
+    gear->internal = kmp_yaml_get(p->map, "internal");
+    gear->ring = !gear->internal ? -1 : size_of(p, 1) > size_of(p, 0);
+    gear->sense = same == gear->internal ? 1 : -1;
+    if (gear->internal && size_of(p, 0) == size_of(p, 1))
+        return complain(p, "the ring of an internal pair is larger than the wheel in it");
+    if (distance <= SAME_AXIS * p->length)
+        return complain(p, "both wheels turn about the same axis");
+    if (!kmp_gear_has(gear, KMP_GEAR_MODULE))
+        return true;
+    const double sum = gear->internal ? fabs(size_of(p, 1) - size_of(p, 0)) : size_of(p, 0) + size_of(p, 1);
+    const double wanted = gear->number[KMP_GEAR_MODULE].value * sum / (2 * cos(gear->number[KMP_GEAR_HELIX].value));
+    if (gear->teeth[0] == 0)
+        return complain(p, "module belongs to teeth; with radius it has no meaning");
+    if (fabs(distance - wanted) > SAME_DISTANCE * distance)
+        kmp_log(p->r->context, KEMPE_LOG_WARNING,
+                "%s: teeth and module give axes %.9g mm apart, and they are %.9g mm apart: the pressure angle belongs "
+                "to that distance",
+                p->what, 1e3 * wanted, 1e3 * distance);
+    return true;
+}
+
+static bool finish_rack(const pair *p)
+{
+    kmp_gear *gear = p->gear;
+    double c[3], moved[3];
+    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
+    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
+        return complain(p, "the rack does not move across the axis of the wheel");
+    if (distance <= SAME_AXIS * p->length)
+        return complain(p,
+                        "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
+                        "of its teeth, such as on its pitch line");
+    kmp_cross3(p->a[0], c, moved);
+    gear->sense = kmp_dot(3, moved, p->a[1]) > 0 ? 1 : -1;
+    return true;
+}
+
+/* Of two lines that are not parallel: from the first centre to the nearest point of its axis, and their distance. */
+static double lines_apart(const pair *p, double along[2])
+{
+    double n[3], d[3];
+    const double c = kmp_dot(3, p->a[0], p->a[1]);
+    kmp_cross3(p->a[0], p->a[1], n);
+    for (int i = 0; i < 3; i++)
+        d[i] = p->centre[1][i] - p->centre[0][i];
+    const double d0 = kmp_dot(3, d, p->a[0]), d1 = kmp_dot(3, d, p->a[1]), square = kmp_dot(3, n, n);
+    along[0] = (d0 - c * d1) / square;
+    along[1] = (c * d0 - d1) / square;
+    return fabs(kmp_dot(3, d, n)) / sqrt(square);
+}
+
+static bool finish_bevel(const pair *p)
+{
+    kmp_gear *gear = p->gear;
+    double along[2];
+    (void)lines_apart(p, along);
+    for (int k = 0; k < 2; k++) {
+        if (fabs(along[k]) <= SAME_AXIS * p->length)
+            return kmp_reader_complain(
+                p->r, p->map->place,
+                "%s: the axes of bevel gears meet at the point of '%s': give a point in the middle of its teeth, as "
+                "BODY.POINT",
+                p->what, wheel_name(p, k));
+        gear->outwards[k] = along[k] > 0 ? -1 : 1;
+    }
+    gear->sense = -gear->outwards[0] * gear->outwards[1];
+    return true;
+}
+
+static bool finish_worm(const pair *p)
+{
+    kmp_gear *gear = p->gear;
+    const bool module = kmp_gear_has(gear, KMP_GEAR_MODULE), lead = kmp_gear_has(gear, KMP_GEAR_LEAD);
+    double c[3], n[3];
+    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
+    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
+        return complain(p, "the axes of a worm and its wheel cross at a right angle");
+    if (module == lead)
+        return complain(p, "exactly one of the keys module, lead_angle is expected for a worm");
+    if (module && gear->number[KMP_GEAR_MODULE].value * gear->teeth[1] / 2 >= distance)
+        return kmp_reader_complain(p->r, p->map->place,
+                                   "%s: the pitch radius of the wheel, %.6g mm, is not less than the distance of the "
+                                   "axes, %.6g mm",
+                                   p->what, 500 * gear->number[KMP_GEAR_MODULE].value * gear->teeth[1], 1e3 * distance);
+    kmp_cross3(p->a[0], p->a[1], n);
+    gear->sense = (kmp_dot(3, n, c) > 0) != gear->left ? 1 : -1;
+    return true;
+}
+
+/* The axes decide the form: parallel, meeting or crossing. */
+static bool find_form(const pair *p)
+{
+    const kmp_yaml *starts = kmp_yaml_get(p->map, "starts");
+    double along[2];
+    if (p->gear->form == KMP_GEAR_RACK || is_parallel(p->a[0], p->a[1]))
+        return true;
+    const double apart = lines_apart(p, along);
+    p->gear->form = apart <= SAME_AXIS * p->length ? KMP_GEAR_BEVEL : KMP_GEAR_WORM;
+    if (p->gear->form == KMP_GEAR_WORM && !starts)
+        return kmp_reader_complain(
+            p->r, p->map->place,
+            "%s: the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that "
+            "meet, and a worm has the key starts",
+            p->what, wheel_name(p, 0), wheel_name(p, 1), 1e3 * apart);
+    return true;
+}
+
+static bool finish(const pair *p)
+{
+    switch (p->gear->form) {
+    case KMP_GEAR_PARALLEL:
+        return finish_parallel(p);
+    case KMP_GEAR_BEVEL:
+        return finish_bevel(p);
+    case KMP_GEAR_WORM:
+        return finish_worm(p);
+    default:
+        return finish_rack(p);
+    }
+}
+
+/* -- the whole ----------------------------------------------------------------------------------------- */
+
+/* Places and axes with all coordinates zero. False: no memory. */
+static bool find_poses(pair *p)
+{
+    const kempe_model *model = p->r->model;
+    kmp_arena *arena = &p->r->scratch;
+    p->zero = KMP_ARENA_NEW(arena, double, model->motion_count + 1);
+    p->path = KMP_ARENA_NEW(arena, passed, model->body_count);
+    p->poses = KMP_ARENA_NEW(arena, kmp_pose, model->body_count);
+    p->axes = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->axes);
+    p->places = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->places);
+    if (arena->failed)
+        return false;
+    kmp_pose_motions(model, p->zero, p->poses, p->axes, p->places);
+    for (int b = 0; b < model->body_count; b++)
+        p->length = fmax(p->length, sqrt(kmp_dot(3, p->poses[b].p, p->poses[b].p)));
+    for (int k = 0; k < model->point_count; k++) {
+        const kmp_number *at = model->points[k].at;
+        p->length = fmax(p->length, hypot(hypot(at[0].value, at[1].value), at[2].value));
+    }
+    return true;
+}
+
+void kmp_read_gear(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
+{
+    pair p = {.r = r, .map = map, .what = what};
+    if (!kmp_read_map(r, map, what, gear_keys))
+        return;
+    p.gear = KMP_ARENA_NEW(&r->model->arena, kmp_gear, 1);
+    if (!p.gear || !read_wheels(&p) || r->wrong || !find_poses(&p))
+        return;
+    p.gear->ring = -1;
+    if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) && finish(&p))
+        closure->gear = p.gear;
+}
