@@ -213,7 +213,7 @@ def measures():
     """The words of points and axes in expressions."""
     lines = []
     for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
-        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",)}[argument]
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",), "GEAR": ("mesh",)}[argument]
         after = {"1": "", "3": ".x", "9": ".x.y"}[components]
         lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
     return table(("measure", "unit", "meaning"), lines)

@@ -8,8 +8,8 @@
  * carry nothing. */
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/closing/random_walk.h"
-#include "constraints/kinds/gear_teeth.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/kinematics/gear_mesh.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/sparse.h"

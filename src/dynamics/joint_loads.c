@@ -4,11 +4,11 @@
  * motions are removed at the end. */
 #include "dynamics/joint_loads.h"
 #include "base/context.h"
-#include "constraints/kinds/gear_teeth.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"

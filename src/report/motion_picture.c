@@ -6,6 +6,7 @@
 #include "report/motion_picture.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "dynamics/kinematics/gear_mesh.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/force.h"
@@ -455,6 +456,82 @@ static void put_disc(kmp_json *json, const picture *p, const kmp_wheel *wheel)
     kmp_json_put(json, "radius %.7g }", wheel->radius.value);
 }
 
+/* -- gears ------------------------------------------------------------------------------------------- */
+
+/* v of one body's axes in the axes of another one, at these poses. */
+static void in_body(const kmp_pose *from, const kmp_pose *to, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        out[i] = 0;
+        for (int k = 0; k < 3; k++)
+            for (int j = 0; j < 3; j++)
+                out[i] += to->r[k][i] * from->r[k][j] * v[j];
+    }
+}
+
+/* True if an earlier pair has the same wheel, as the sun of several planets. */
+static bool is_drawn(const kempe_model *model, const kmp_closure *closure, int side)
+{
+    bool drawn = false;
+    for (const kmp_closure *c = model->closures; c < closure; c++)
+        for (int k = 0; c->gear && k < 2; k++)
+            drawn = drawn || (c->gear->wheel[k] == closure->gear->wheel[side] &&
+                              c->gear->centre[k] == closure->gear->centre[side] &&
+                              c->gear->teeth[k] == closure->gear->teeth[side] && c->gear->teeth[k] > 0);
+    return drawn;
+}
+
+/* The pitch circle of a wheel: about its centre, or where the axes are not parallel about the foot of the pitch point
+ * on its axis. Wheels that are given by radii have marks as of a module of a twentieth of the smaller one. */
+static void put_gear(kmp_json *json, const picture *p, const kmp_pose *poses, const kmp_closure *closure, int side,
+                     const kmp_gear_numbers *mesh)
+{
+    const kmp_gear *gear = closure->gear;
+    const int body = gear->wheel[side];
+    const double least = gear->form == KMP_GEAR_RACK ? mesh->radius[0] : fmin(mesh->radius[0], mesh->radius[1]);
+    const double teeth = gear->teeth[side] > 1 ? gear->teeth[side] : round(40 * mesh->radius[side] / least);
+    double along = 0, at[3], axis[3], place[3] = {0};
+    if (body >= p->drawing.body_count || is_drawn(p->model, closure, side))
+        return;
+    for (int i = 0; i < 3 && gear->form != KMP_GEAR_PARALLEL; i++)
+        along += (mesh->pitch[i] - mesh->centre[side][i]) * mesh->axis[side][i];
+    for (int i = 0; i < 3; i++) {
+        at[i] = along * mesh->axis[side][i];
+        place[i] = gear->centre[side] >= 0 ? p->model->points[gear->centre[side]].at[i].value : 0;
+    }
+    in_body(&poses[gear->carrier], &poses[body], at, axis);
+    for (int i = 0; i < 3; i++)
+        place[i] += axis[i];
+    in_body(&poses[gear->carrier], &poses[body], mesh->axis[side], axis);
+    kmp_json_put(json, "{ body %d", body);
+    kmp_json_rounded_numbers(json, "at", 3, place, 7);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_put(json, "radius %.7g", mesh->radius[side]);
+    if (side == 0 && gear->form == KMP_GEAR_WORM)
+        kmp_json_put(json, "}");
+    else
+        kmp_json_put(json, "teeth %d ring %i }", (int)teeth, gear->ring == side);
+}
+
+/* All wheels of gears. */
+static void put_gears(kmp_json *json, const picture *p)
+{
+    const kempe_model *model = p->model;
+    kmp_arena room = {0};
+    kmp_pose *poses = KMP_ARENA_NEW(&room, kmp_pose, model->body_count);
+    const double *zero = KMP_ARENA_NEW(&room, double, model->motion_count + 1);
+    if (poses && zero)
+        kmp_pose_all(model, zero, poses);
+    for (int c = 0; poses && zero && c < model->closure_count; c++) {
+        kmp_gear_numbers mesh;
+        const kmp_closure *closure = &model->closures[c];
+        const bool known = closure->gear && kmp_gear_numbers_of(model, closure, &mesh);
+        for (int side = 0; known && side < (closure->gear->form == KMP_GEAR_RACK ? 1 : 2); side++)
+            put_gear(json, p, poses, closure, side, &mesh);
+    }
+    kmp_arena_free(&room);
+}
+
 /* -- rails ------------------------------------------------------------------------------------------- */
 
 /* A place in the axes of a point, in the axes of its body. */
@@ -549,6 +626,7 @@ static void put_railway(kmp_json *json, const picture *p)
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
         put_disc(json, p, &model->wheels[w]);
+    put_gears(json, p);
     kmp_json_put(json, "] rails [");
     for (int k = 0; k < model->track_count; k++)
         for (int side = 0; side < KMP_TRACK_SIDES; side++)

@@ -354,6 +354,63 @@ static void forces_follow_a_parameter(void)
     unload(&l);
 }
 
+/* -- losses ------------------------------------------------------------------------------------------------ */
+
+/* Efficiency 0.8 in both directions, J 1 and 1.5 kg m^2, ratio 2: accelerations of the second wheel, by the torques of
+ * both. At rest it sticks while the load is between 16 and 25 N m. */
+static void losses_stick_and_slow_down(void)
+{
+    static const struct {
+        double one, two, rate, acceleration;
+    } cases[] = {{10, -5, 0, 2.34042553191489},   {10, -5, 2, 2.34042553191489}, {2, -30, 2, -5.70212765957447},
+                 {10, -15.999999, 0, 1e-6 / 4.7}, {10, -16.000001, 0, 0},        {10, -24.999999, 0, 0},
+                 {10, -25.000001, 0, -1e-6 / 6.5}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\nparameters: {e: 0.8}\nground: {points: {O: [0, 0, 0], P: [0, 150 mm, 0]}}\nbodies:\n"
+                "  one: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1}}\n"
+                "  two: {joint: {revolute: -x, at: ground.P}, mass: 1, inertia: {xx: 1.5}}\n"
+                "gears: {mesh: {between: [one, two], teeth: [20, 40], efficiency: %s}}\n"
+                "forces: {a: {joint: one, torque: %.9g}, b: {joint: two, torque: %.9g}}\n"
+                "start: {qd: {one: %g}}\n",
+                k % 2 ? "e" : "[0.8, e]", cases[c].one, cases[c].two, cases[c].rate);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.01);
+            CHECK_NEAR(shown(run, "qdd(two)"), cases[c].acceleration, fabs(cases[c].acceleration) < 1 ? 1e-13 : 1e-11);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* The thread of a worm, mu = 0.12: the torques that raise and lower 50 N m, between which it holds. */
+static void a_worm_holds_its_load(void)
+{
+    static const double raise = 2.88308402595306, lower = -0.341900543212064, torques[] = {1e-7, -1e-7};
+    for (int up = 0; up < 2; up++)
+        for (int beyond = 0; beyond < 2; beyond++)
+            for (int k = 0; k < WAYS; k += 3) {
+                char model[1024];
+                const double torque = (up ? raise : lower) + torques[up ? !beyond : beyond];
+                (void)snprintf(model, sizeof model,
+                               "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 0, 100 mm]}}\nbodies:\n"
+                               "  worm: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 0.1}}\n"
+                               "  wheel: {joint: {revolute: y, at: ground.P}, mass: 1, inertia: {yy: 4e-3}}\n"
+                               "gears: {mesh: {between: [worm, wheel], starts: 1, teeth: 40, lead_angle: atan(0.1), "
+                               "friction: 0.12}}\n"
+                               "forces: {a: {joint: worm, torque: %.15g}, b: {joint: wheel, torque: -50}}\n",
+                               torque);
+                loaded l = load_text(model);
+                kempe_trajectory *run = simulate(&l, &ways[k], 0.01);
+                const double rate = shown(run, "qdd(worm)");
+                CHECK(beyond ? (up ? rate > 1e-7 : rate < -1e-7) : rate == 0);
+                kempe_trajectory_free(run);
+                unload(&l);
+            }
+}
+
 /* -- what is wrong in a model ------------------------------------------------------------------------------ */
 
 static void refused(void)
@@ -379,6 +436,9 @@ static void refused(void)
         {"between: [a, rack], radius: 30 mm", "the rack's point is as high as the axis"},
         {"between: [a, b], teeth: [20, 30], helix: 90 deg", "helix is 90 deg: it must be less than 90 deg"},
         {"between: [a, b], teeth: [20, 30], hand: up", "hand is right or left, not 'up'"},
+        {"between: [a, b], teeth: [20, 30], efficiency: 1.1", "efficiency is 1.1: it is at most 1"},
+        {"between: [a, b], teeth: [20, 30], efficiency: [0, 0.5]", "positive where the first wheel drives"},
+        {"between: [a, b], teeth: [20, 30], friction: 0.1", "friction is for a worm with lead_angle"},
         {"between: [a, nobody], teeth: [20, 30]", "unknown body 'nobody'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[2048];
@@ -408,6 +468,8 @@ int main(void)
     TEST(planets_turn_as_willis_says);
     TEST(wheels_are_balanced_in_a_housing);
     TEST(forces_follow_a_parameter);
+    TEST(losses_stick_and_slow_down);
+    TEST(a_worm_holds_its_load);
     TEST(refused);
     return check_report();
 }

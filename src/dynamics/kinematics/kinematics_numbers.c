@@ -3,6 +3,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "base/clones.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
@@ -165,6 +166,8 @@ static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, in
         int frame = kmp_tree_common(tree, kmp_point_link(tree, of[0].point), kmp_point_link(tree, of[1].point));
         kmp_vec u = axis_of(tree, &of[0], number / 3, frame), v = axis_of(tree, &of[1], number % 3, frame);
         return kmp_vec_dot(tree->graph, u, v);
+    case KMP_MEASURE_PATH:
+        return kmp_gear_path(tree, &tree->model->closures[of[0].closure], 0);
     case KMP_MEASURE_DEPTH:
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:

@@ -37,9 +37,10 @@ typedef struct kmp_gear {
     int outwards[2]; /* bevel: 1 if that axis leads from the apex to the wheel, otherwise -1 */
     int sense;       /* 1 if both wheels move in their positive direction, otherwise -1 */
     bool internal;
-    int ring;        /* internal: the wheel with teeth inside; otherwise -1 */
-    bool left;       /* the first wheel is left-handed */
-    double teeth[2]; /* of a worm its starts; 0: the radii are given */
+    int ring;             /* internal: the wheel with teeth inside; otherwise -1 */
+    bool left;            /* the first wheel is left-handed */
+    double efficiency[2]; /* where the first wheel drives, where the second one does; not positive: self-locking */
+    double teeth[2];      /* of a worm its starts; 0: the radii are given */
     kmp_number number[KMP_GEAR_NUMBERS];
 } kmp_gear;
 

@@ -185,6 +185,8 @@ typedef struct kmp_expr_scope {
     /* Sets the point and its name from the text BODY.POINT at a column; false: there is none, which is reported with
      * `word` as its beginning. NULL: points and rates are not allowed. */
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument);
+    /* The closure of a pair of gears, and its name in the model; -1: there is none. NULL: none are known. */
+    int (*gear)(void *user, const char **name);
     bool accelerations;                                   /* accelerations of points are allowed */
     bool jumps;                                           /* floor and wrap are allowed, whose jumps no event locates */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */

@@ -6,11 +6,11 @@
 #include "model/language/expression_value.h"
 #include <string.h>
 
-enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT };
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT, OF_GEAR };
 
 static const struct {
     const char *word;
-    int of; /* axes, points, contacts, loops or joints */
+    int of; /* axes, points, contacts, loops, joints or gears */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
@@ -151,6 +151,17 @@ static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument 
     return found;
 }
 
+static bool parse_gear(kmp_parser *p, const char *word, kmp_measure_argument *argument)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
+    const int found = name && p->scope->gear ? p->scope->gear(p->scope->user, &name) : -1;
+    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = found, .name = name};
+    if (name && found < 0)
+        kmp_parse_complain(p, start, "%s: '%s' is not a pair of gears", word, name);
+    return found >= 0;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *argument)
 {
     if (rows[kind].of == OF_LOOP) {
@@ -168,6 +179,8 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
                                obstacle);
         return body >= 0 && !obstacle;
     }
+    if (rows[kind].of == OF_GEAR)
+        return parse_gear(p, rows[kind].word, argument);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)
                                        : parse_point_or_axis(p, rows[kind].word, rows[kind].of == OF_AXIS, argument);
 }

@@ -34,13 +34,6 @@ static bool has_clearance(const kmp_yaml *map)
     return map && (kmp_yaml_get(map, "clearance") || kmp_yaml_get(map, "contact"));
 }
 
-/* A joint's name in its own file, whose prefix the name of the model has. */
-static const char *bare(const rewriting *w, const char *name, int file)
-{
-    const kmp_include_instance *instance = kmp_reader_instance(w->r, file);
-    return name + (instance ? strlen(instance->prefix) : 0);
-}
-
 static const kmp_yaml *word(const rewriting *w, kmp_place place, const char *text)
 {
     return kmp_yaml_word(arena_of(w), place, text);
@@ -97,7 +90,7 @@ static const kmp_yaml *free_in_plane(const rewriting *w, const loose *l)
     }
     if (l->coordinate && !kmp_yaml_get(map, "coordinates"))
         kmp_yaml_put(arena_of(w), made, map->place, "coordinates",
-                     coordinates(w, l, bare(w, l->name, map->place.file)));
+                     coordinates(w, l, kmp_reader_own_name(w->r, map->place.file, l->name)));
     return made;
 }
 
@@ -125,7 +118,7 @@ static void add_contact(rewriting *w, const loose *l, const char *name, const km
 static void add_contacts(rewriting *w, const loose *l)
 {
     const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
-    const kmp_yaml *joint = word(w, l->key->place, bare(w, l->name, l->key->place.file));
+    const kmp_yaml *joint = word(w, l->key->place, kmp_reader_own_name(w->r, l->key->place.file, l->name));
     bool rigid = !kmp_yaml_get(contact, "law") && !kmp_yaml_get(contact, "force");
     if (!l->slides) {
         const char *name = rigid ? kmp_reader_say(w->r, "%s_journal", l->name) : l->name;

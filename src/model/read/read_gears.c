@@ -195,12 +195,11 @@ static bool find_axes(pair *p, kmp_closure *closure)
     const kempe_model *model = p->r->model;
     p->split = find_split(p);
     if (p->split == 0)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: no body carries both axes: the joints between '%s' and '%s' turn about one "
-                                   "line up to a body, and about "
-                                   "one other line from there; joint '%s' does not fit",
-                                   p->what, wheel_name(p, 0), wheel_name(p, 1),
-                                   model->bodies[model->motions[p->path[1].motion].body].joint);
+        return kmp_reader_complain(
+            p->r, p->map->place,
+            "%s: no body carries both axes: joints from '%s' turn about one line up to a body, and on to '%s' "
+            "about another line; joint '%s' does not fit",
+            p->what, wheel_name(p, 0), wheel_name(p, 1), model->bodies[model->motions[p->path[1].motion].body].joint);
     gear->carrier = p->path[p->split - 1].beyond;
     gear->axis[0] = p->path[0].motion;
     gear->axis[1] = p->path[p->count - 1].motion;
@@ -353,6 +352,45 @@ static bool read_numbers(const pair *p)
     const int chosen = hand ? kmp_read_choice(p->r, hand, p->what, KMP_NAMES_OF(hands), "hand is", " or ") : 0;
     p->gear->left = chosen == 1;
     return good && chosen >= 0;
+}
+
+/* The values of both efficiencies, for checks and reports: at most 1; where the first wheel drives some power arrives.
+ */
+static bool read_efficiency(const pair *p)
+{
+    const kmp_yaml *node = kmp_yaml_get(p->map, "efficiency"), *friction = kmp_yaml_get(p->map, "friction");
+    double *efficiency = p->gear->efficiency;
+    efficiency[0] = efficiency[1] = 1;
+    if (friction) {
+        const char *name = kmp_reader_say(p->r, "%s: friction", p->what);
+        kmp_number mu = {0};
+        if (p->gear->form != KMP_GEAR_WORM || node || !kmp_gear_has(p->gear, KMP_GEAR_LEAD))
+            return kmp_reader_complain(p->r, friction->place,
+                                       "%s is for a worm with lead_angle and without efficiency; other gears have "
+                                       "efficiency",
+                                       name);
+        if (!kmp_read_number(p->r, friction, name, KMP_DIM_NUMBER, &mu) ||
+            !kmp_check_rule(p->r, friction, name, KMP_FIELD_POSITIVE, mu.value, ""))
+            return false;
+        const double t = tan(p->gear->number[KMP_GEAR_LEAD].value), c = cos(p->gear->number[KMP_GEAR_PRESSURE].value);
+        efficiency[0] = (c - mu.value * t) / (c + mu.value / t);
+        efficiency[1] = (c - mu.value / t) / (c + mu.value * t);
+        return true;
+    }
+    for (int k = 0; node && k < 2; k++) {
+        const bool two = node->kind == KMP_YAML_LIST;
+        const char *name = kmp_reader_say(p->r, "%s: efficiency", p->what);
+        kmp_number value = {0};
+        if (two && !kmp_read_list(p->r, node, name, 2))
+            return false;
+        if (!kmp_read_number(p->r, two ? node->items[k] : node, name, KMP_DIM_NUMBER, &value))
+            return false;
+        efficiency[k] = value.value;
+        if (value.value > 1 || (k == 0 && value.value <= 0))
+            return kmp_reader_complain(p->r, node->place, "%s is %.6g: it is at most 1%s", name, value.value,
+                                       k == 0 ? " and positive where the first wheel drives" : "");
+    }
+    return true;
 }
 
 /* -- the forms ----------------------------------------------------------------------------------------- */
@@ -535,6 +573,7 @@ void kmp_read_gear(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_clo
     if (!p.gear || !read_wheels(&p) || r->wrong || !find_poses(&p))
         return;
     p.gear->ring = -1;
-    if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) && finish(&p))
+    if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) &&
+        read_efficiency(&p) && finish(&p))
         closure->gear = p.gear;
 }

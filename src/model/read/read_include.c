@@ -233,6 +233,12 @@ const char *kmp_reader_name(kmp_reader *r, int file, const char *name)
     return kmp_reader_say(r, "%s%s", instance->prefix, name);
 }
 
+const char *kmp_reader_own_name(const kmp_reader *r, int file, const char *name)
+{
+    const kmp_include_instance *instance = kmp_reader_instance(r, file);
+    return name + (instance ? strlen(instance->prefix) : 0);
+}
+
 const char *kmp_reader_body_name(kmp_reader *r, int file, const char *name)
 {
     const kmp_include_instance *instance = kmp_reader_instance(r, file);

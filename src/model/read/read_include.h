@@ -16,6 +16,9 @@ const kmp_include_instance *kmp_reader_instance(const kmp_reader *r, int file);
 /** A name in a file, as the model has it: with the file's prefix. */
 const char *kmp_reader_name(kmp_reader *r, int file, const char *name);
 
+/** A name that the model has, as its own file has it: without the file's prefix. */
+const char *kmp_reader_own_name(const kmp_reader *r, int file, const char *name);
+
 /** A start value set at `again` after `before`: true where the file of `before` includes the file of `again`, and
  * takes precedence. Otherwise it is given twice, which is an error. */
 bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp_place before);

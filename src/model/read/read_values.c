@@ -155,6 +155,16 @@ static int find_closure(void *user, const char *name)
     return kmp_name_find(KMP_NAMED(r->model, closure), kmp_reader_name(r, r->scope, name));
 }
 
+static int find_gear(void *user, const char **name)
+{
+    const kempe_model *model = ((kmp_reader *)user)->model;
+    const int found = find_closure(user, *name);
+    if (found < 0 || model->closures[found].kind != KMP_CLOSURE_gear)
+        return -1;
+    *name = model->closures[found].name;
+    return found;
+}
+
 static int find_carried(void *user, const char **name, const char **obstacle)
 {
     kmp_reader *r = user;
@@ -239,6 +249,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .point = of_state ? find_argument : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .joint = of_loads ? find_carried : NULL,
+                            .gear = of_state ? find_gear : NULL,
                             .accelerations = of_motion,
                             .jumps = allowed == KMP_OF_MOTION || allowed == KMP_OF_NEXT,
                             .input = find_input,

@@ -11,6 +11,7 @@
 #include "model/files/document.h"
 #include "model/read/body_models.h"
 #include "model/read/clearance.h"
+#include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bodies.h"
@@ -127,6 +128,7 @@ static void read_parts(kmp_reader *r)
     refuse_sections_without_wing(r);
     kmp_read_includes(r);
     kmp_read_clearances(r);
+    kmp_read_gear_losses(r);
     kmp_read_parameters(r);
     kmp_read_inputs(r);
     kmp_read_tables(r);

@@ -270,6 +270,8 @@ static void put_gear(kmp_json *json, const kempe_model *model, const kmp_gear *g
         kmp_json_numbers(json, "teeth", gear->teeth[1] > 0 ? 2 : 1, gear->teeth);
     if (gear->internal)
         kmp_json_boolean(json, "internal", true);
+    if (gear->efficiency[0] < 1 || gear->efficiency[1] < 1)
+        kmp_json_numbers(json, "efficiency", 2, gear->efficiency);
     for (int k = 0; k < KMP_GEAR_NUMBERS; k++)
         if (kmp_gear_has(gear, (kmp_gear_number)k) && k != KMP_GEAR_RADIUS_2)
             kmp_json_number(json, kmp_gear_number_keys[k], gear->number[k].value);

@@ -70,9 +70,10 @@ const STROKES = {
         fillShape(c, [[x, y], [x - 0.6 * high, y + high], [x + 0.6 * high, y + high]], colour, 1);
         fillDisc(c, [x, y], px(1.75 * m.thick), pinColour());
     },
-    disc: (c, { colour }, [at, ...rim], px, m) => {
-        fillShape(c, rim, colour, 0.2);
-        strokeLine(c, [...rim, rim[0]], px(1.4 * m.thick), colour);
+    disc: (c, { disc, colour }, [at, ...rim], px, m) => {
+        if (!disc.ring) fillShape(c, rim, colour, 0.2);
+        strokeLine(c, [...rim, rim[0]], px((disc.teeth ? 0.5 : 1.4) * m.thick), colour);
+        if (disc.ring) return;
         for (const end of discSpokes(rim)) strokeLine(c, [at, end], px(m.thick), colour);
     },
 };

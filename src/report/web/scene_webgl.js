@@ -98,9 +98,11 @@ const MESHES = {
         ballMesh(at, 1.75 * m.thick, shining(pinColour())),
     ],
     disc: (m, { disc, rim, colour, hatch }) => [
-        meshAt(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48), transparent(colour, 0.35), disc.at, [0, 1, 0], disc.axis),
-        tubeMesh(rim, true, 96, 0.7 * m.thick, shining(colour, hatch)),
-        ...discSpokes(rim).map((end) => barMesh([disc.at, end], 0.5 * m.thick, shining(colour, hatch))),
+        tubeMesh(rim, true, 2 * rim.length, (disc.teeth ? 0.3 : 0.7) * m.thick, shining(colour, hatch)),
+        ...(disc.ring ? [] : [
+            meshAt(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48), transparent(colour, 0.35), disc.at, [0, 1, 0], disc.axis),
+            ...discSpokes(rim).map((end) => barMesh([disc.at, end], 0.5 * m.thick, shining(colour, hatch))),
+        ]),
     ],
 };
 

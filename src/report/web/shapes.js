@@ -192,16 +192,18 @@ function withCylinders(picture, shapes) {
 
 const RIM = 48;
 
-/* Points on a wheel's rim, axes of its body. */
+/* Points on a wheel's rim, axes of its body; of a gear four for each tooth, between the circles of its heads and feet. */
 function discRim(disc) {
     const axis = unit(disc.axis), side = unit(cross(axis, Math.abs(axis[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), up = cross(axis, side);
-    return Array.from({ length: RIM }, (_, k) => {
-        const angle = (2 * Math.PI * k) / RIM;
-        return add(disc.at, add(scaled(disc.radius * Math.cos(angle), side), scaled(disc.radius * Math.sin(angle), up)));
+    const count = disc.teeth ? 4 * disc.teeth : RIM, module = disc.teeth ? (2 * disc.radius) / disc.teeth : 0;
+    return Array.from({ length: count }, (_, k) => {
+        const angle = (2 * Math.PI * k) / count, head = k % 4 < 2, out = head ? module : -1.25 * module;
+        const radius = disc.radius + (disc.ring ? -out : out);
+        return add(disc.at, add(scaled(radius * Math.cos(angle), side), scaled(radius * Math.sin(angle), up)));
     });
 }
 
-const discSpokes = (rim) => [0, 1, 2].map((k) => rim[(k * RIM) / 3]);
+const discSpokes = (rim) => [0, 1, 2].map((k) => rim[Math.floor((k * rim.length) / 3)]);
 
 /* Pins in the ground: where it is joined, and where springs and rods end. */
 function groundPoints(picture) {
@@ -415,7 +417,8 @@ function partsOf(m, b) {
         return kind === "plane" ? [{ kind: "face", points, colour, lift: behind }, ...lines] : lines;
     });
     const hatch = (part) => ({ ...part, hatch: part.colour === colour ? hatchOf(b) : "" });
-    if (b === 0) return [...parts, ...surfaces, ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
+    const discs = m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
+    if (b === 0) return [...parts, ...surfaces, ...discs.filter(({ disc }) => disc.teeth), ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,
         ...surfaces,
@@ -426,7 +429,7 @@ function partsOf(m, b) {
         ...shape.stops.map((at) => ({ kind: "stop", points: [at], radius: 4 * t, colour: STOP_COLOUR, lift: -behind })),
         ...shape.weights.map((at) => ball(at, 2.6 * t, colour, t)),
         ...shape.boxes.map((at) => ({ kind: "box", points: [at], radius: boxSize(m, b) / 2, colour, lift: t })),
-        ...m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour, lift: 0 })),
+        ...discs,
         ...m.barrels.filter((barrel) => barrel.body === b).map(({ ends }) => bar(ends, BARREL * t, colour, 2 * t)),
     ].map(hatch);
 }

@@ -8,6 +8,7 @@
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/language/expression.h"
@@ -872,8 +873,21 @@ static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
     return check->assembled;
 }
 
+/* Efficiencies of gears, and whether one holds its load. */
+static void show_losses(kmp_text *text, const kempe_check *check)
+{
+    const kempe_model *model = check->system->model;
+    for (const kmp_closure *c = model->closures; c < model->closures + model->closure_count; c++) {
+        const double *e = c->gear ? c->gear->efficiency : NULL;
+        if (e && (e[0] < 1 || e[1] < 1))
+            line(text, "losses", "%s: efficiency %.4g, and %.4g where the second wheel drives%s", c->name, e[0], e[1],
+                 e[1] > 0 ? "" : ": self-locking, the second wheel cannot drive");
+    }
+}
+
 static void show_short(kmp_text *text, const kempe_check *check)
 {
+    show_losses(text, check);
     show_shared(text, check);
     show_independent(text, check, MOST_LISTED);
     show_states(text, check);
@@ -883,6 +897,7 @@ static void show_short(kmp_text *text, const kempe_check *check)
 
 static void show_all(kmp_text *text, const kempe_check *check)
 {
+    show_losses(text, check);
     const kmp_diagnosis *d = &check->diagnosis;
     if (!d->ran)
         line(text, "not examined", "%s", d->why_not);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Gear wheels: h = s r2 phi2 - r1 phi1, the difference of the paths of both pitch points, where phi is the rotation
- * of a wheel against the carrier and s its sense. The multiplier is the force F along the path on the second wheel.
- * Teeth add forces that do no work on rigid axes: with the pressure angle alpha in the normal section and the helix
- * angle beta, |F| tan(alpha)/cos(beta) apart, and F tan(beta) along the axes; of a worm with its lead angle in place of
- * beta, and around the worm. Of bevel gears |F| tan(alpha) is normal to both pitch cones. */
-#include "constraints/kinds/gear_teeth.h"
+/* The paths of the pitch points of gear wheels are r phi, where phi is the rotation of a wheel against the carrier. F
+ * is the force along the path on the second wheel. Teeth add forces that do no work on rigid axes: with the pressure
+ * angle alpha in the normal section and the helix angle beta, |F| tan(alpha)/cos(beta) apart, and F tan(beta) along the
+ * axes; of a worm with its lead angle in place of beta, and around the worm. Of bevel gears |F| tan(alpha) is normal to
+ * both pitch cones. */
+#include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
@@ -32,6 +32,8 @@ static kmp_vec in_carrier(const kmp_tree *tree, const kmp_gear *gear, int ancest
     return kmp_body_vector_back(tree, gear->carrier, v);
 }
 
+enum { ALONG = 6 }; /* virtual displacements of a joint, which displace no axis */
+
 /* Centres and axes where all coordinates of the pair are zero. */
 static void find_wheels(const kmp_tree *tree, const kmp_closure *closure, kmp_gear_mesh *mesh)
 {
@@ -41,8 +43,8 @@ static void find_wheels(const kmp_tree *tree, const kmp_closure *closure, kmp_ge
     const int top =
         kmp_tree_common(tree, kmp_tree_common(tree, link_of(tree, gear, 0), link_of(tree, gear, 1)), carrier);
     const kmp_vec origin = kmp_link_position(tree, carrier, kmp_vec_zero(), top);
-    kmp_ref *from = KMP_GRAPH_NEW(g, kmp_ref, closure->term_count),
-            *none = KMP_GRAPH_NEW(g, kmp_ref, closure->term_count);
+    const int count = closure->term_count + ALONG;
+    kmp_ref *from = KMP_GRAPH_NEW(g, kmp_ref, count), *none = KMP_GRAPH_NEW(g, kmp_ref, count);
     kmp_vec found[4];
     uint16_t through;
     for (int side = 0; side < 2; side++) {
@@ -53,11 +55,12 @@ static void find_wheels(const kmp_tree *tree, const kmp_closure *closure, kmp_ge
         found[side] = in_carrier(tree, gear, top, kmp_vec_sub(g, centre, origin));
         found[2 + side] = in_carrier(tree, gear, top, kmp_link_direction(tree, turning, e, top));
     }
-    for (int k = 0; from && none && k < closure->term_count; k++) {
-        from[k] = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
+    for (int k = 0; from && none && k < count; k++) {
+        from[k] = k < ALONG ? kmp_input(g, KMP_IN_ALONG, (uint32_t)k)
+                            : kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k - ALONG].motion);
         none[k] = KMP_ZERO;
     }
-    if (!from || !none || !kmp_substitute(g, closure->term_count, from, none, 12, found[0].x, &through))
+    if (!from || !none || !kmp_substitute(g, count, from, none, 12, found[0].x, &through))
         kmp_graph_fail(g);
     for (int side = 0; side < 2; side++) {
         mesh->centre[side] = found[side];
@@ -248,23 +251,19 @@ kmp_gear_mesh kmp_gear_mesh_of(const kmp_tree *tree, const kmp_closure *closure)
     return mesh;
 }
 
-/* -- the row ------------------------------------------------------------------------------------------- */
+/* -- paths --------------------------------------------------------------------------------------------- */
 
-static void gear(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+kmp_ref kmp_gear_path(const kmp_tree *tree, const kmp_closure *closure, int side)
 {
     kmp_graph *g = tree->graph;
-    const kmp_number *start = tree->model->start.q;
-    const kmp_gear_mesh mesh = kmp_gear_mesh_of(tree, closure);
-    kmp_ref turned[2] = {KMP_ZERO, KMP_ZERO};
-    for (int k = 0; k < closure->term_count; k++) {
-        const kmp_term *term = &closure->terms[k];
-        const int side = k >= closure->gear->first_count;
-        kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)term->motion);
-        q = kmp_sub(g, q, kmp_tree_number(tree, &start[term->motion]));
-        turned[side] = kmp_add(g, turned[side], term->factor.value > 0 ? q : kmp_neg(q));
+    const kmp_gear *gear = closure->gear;
+    kmp_ref turned = KMP_ZERO;
+    for (int k = side ? gear->first_count : 0; k < (side ? closure->term_count : gear->first_count); k++) {
+        const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
+        turned = kmp_add(g, turned, closure->terms[k].factor.value > 0 ? q : kmp_neg(q));
     }
-    const kmp_ref second = kmp_mul(g, mesh.lever[1], turned[1]);
-    h[0] = kmp_sub(g, closure->gear->sense > 0 ? second : kmp_neg(second), kmp_mul(g, mesh.lever[0], turned[0]));
+    turned = kmp_mul(g, kmp_gear_mesh_of(tree, closure).lever[side], turned);
+    return side && gear->sense < 0 ? kmp_neg(turned) : turned;
 }
 
 /* -- the force ----------------------------------------------------------------------------------------- */
@@ -286,16 +285,6 @@ void kmp_gear_force(const kmp_tree *tree, const kmp_closure *closure, kmp_ref la
     *force = kmp_link_direction(tree, own, f, link);
     *place = kmp_link_position(tree, own, kmp_body_vector(tree, carrier, mesh.pitch), link);
 }
-
-/* On the body of the second wheel, in the axes of the ground. */
-static kmp_vec gear_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
-{
-    kmp_vec force, place;
-    kmp_gear_force(tree, closure, lambda[0], 0, &force, &place);
-    return force;
-}
-
-const kmp_part kmp_part_gear = {1, 1, gear, gear_force, NULL};
 
 /* -- numbers of a mesh --------------------------------------------------------------------------------- */
 

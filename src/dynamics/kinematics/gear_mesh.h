@@ -3,7 +3,7 @@
  * has numbers and parameters but no coordinates. */
 #pragma once
 
-#include "constraints/kinds/kind.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "model/data/gear.h"
 
 /** In the axes of the carrier, from the origin of its link. */
@@ -17,6 +17,10 @@ typedef struct kmp_gear_mesh {
 } kmp_gear_mesh;
 
 kmp_gear_mesh kmp_gear_mesh_of(const kmp_tree *tree, const kmp_closure *closure);
+
+/** The path of the pitch point of a wheel (0 or 1) against the carrier, m, both counted in the direction into which the
+ * first wheel drives the second one; of a worm the advance of its thread. */
+kmp_ref kmp_gear_path(const kmp_tree *tree, const kmp_closure *closure, int side);
 
 /** The force of a multiplier on the second wheel, and its place from the origin of a link that carries the carrier, in
  * the axes of that link. */
