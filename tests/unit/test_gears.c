@@ -418,7 +418,7 @@ static void refused(void)
     static const struct {
         const char *gear, *words;
     } cases[] = {
-        {"between: [a, b], teeth: [20, 30.5]", "model.yaml:12:42: gear 'g': teeth is 30.5: a whole number"},
+        {"between: [a, b], teeth: [20, 30.5]", "model.yaml:14:42: gear 'g': teeth is 30.5: a whole number"},
         {"between: [a, b]", "exactly one of the keys teeth, radius is expected"},
         {"between: [a, b], teeth: [20, 20], internal: yes", "the ring of an internal pair is larger"},
         {"between: [a, same], teeth: [20, 30]", "both wheels turn about the same axis"},
@@ -428,6 +428,9 @@ static void refused(void)
         {"between: [a, far], teeth: [20, 30]", "no body carries both axes"},
         {"between: [a, c], teeth: [20, 30]", "the axes of 'a' and 'c' pass each other at 50 mm"},
         {"between: [a, m], teeth: [20, 30]", "the axes of bevel gears meet at the point of 'a'"},
+        {"between: [wide.C, slant.C], teeth: [30, 15]",
+         "the pitch cone of 'wide' would open by 90 deg or more: the axes "
+         "are at 130 deg"},
         {"between: [a, b], teeth: [20, 30], starts: 1", "wheels with parallel axes have no starts"},
         {"between: [a, b], teeth: [20, 30], carrier: b", "the axes of both wheels rest in 'ground', not in 'b'"},
         {"between: [a, c], starts: 1, teeth: 40", "exactly one of the keys module, lead_angle is expected for a worm"},
@@ -442,18 +445,22 @@ static void refused(void)
         {"between: [a, nobody], teeth: [20, 30]", "unknown body 'nobody'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[2048];
-        (void)snprintf(text, sizeof text,
-                       "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 0.1, 0], C: [0, 0, 50 mm]}}\nbodies:\n"
-                       "  a: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1}}\n"
-                       "  b: {joint: {revolute: x, at: ground.P}, mass: 1, inertia: {xx: 1}}\n"
-                       "  c: {joint: {revolute: y, at: ground.C}, mass: 1, inertia: {yy: 1}}\n"
-                       "  m: {joint: {revolute: y, at: ground.P}, mass: 1, inertia: {yy: 1}}\n"
-                       "  same: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1}}\n"
-                       "  far: {joint: {revolute: x, at: m}, mass: 1, inertia: {xx: 1}}\n"
-                       "  sleeve: {joint: {cylindrical: x, at: ground.P}, mass: 1, inertia: {xx: 1}}\n"
-                       "  rack: {joint: {prismatic: y, at: ground.O}, mass: 1}\n"
-                       "gears: {g: {%s}}\n",
-                       cases[k].gear);
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 0.1, 0], C: [0, 0, 50 mm]}}\nbodies:\n"
+            "  a: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1}}\n"
+            "  b: {joint: {revolute: x, at: ground.P}, mass: 1, inertia: {xx: 1}}\n"
+            "  c: {joint: {revolute: y, at: ground.C}, mass: 1, inertia: {yy: 1}}\n"
+            "  m: {joint: {revolute: y, at: ground.P}, mass: 1, inertia: {yy: 1}}\n"
+            "  same: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1}}\n"
+            "  far: {joint: {revolute: x, at: m}, mass: 1, inertia: {xx: 1}}\n"
+            "  sleeve: {joint: {cylindrical: x, at: ground.P}, mass: 1, inertia: {xx: 1}}\n"
+            "  wide: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 1]}}\n"
+            "  slant: {joint: {revolute: [\"sin(130 deg)\", 0, \"cos(130 deg)\"], at: ground.O}, mass: 1, "
+            "inertia: {zz: 1, xx: 1, yy: 1}, points: {C: [1 m*sin(130 deg), 0, 1 m*cos(130 deg)]}}\n"
+            "  rack: {joint: {prismatic: y, at: ground.O}, mass: 1}\n"
+            "gears: {g: {%s}}\n",
+            cases[k].gear);
         load_rejected(text, cases[k].words);
     }
 }

@@ -485,6 +485,13 @@ static bool finish_bevel(const pair *p)
         gear->outwards[k] = along[k] > 0 ? -1 : 1;
     }
     gear->sense = -gear->outwards[0] * gear->outwards[1];
+    const double cosine = -gear->sense * kmp_dot(3, p->a[0], p->a[1]);
+    for (int k = 0; k < 2; k++)
+        if (size_of(p, !k) + size_of(p, k) * cosine <= SAME_AXIS * size_of(p, k))
+            return kmp_reader_complain(p->r, p->map->place,
+                                       "%s: the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g "
+                                       "deg; give points on the side where they are nearer, or other teeth",
+                                       p->what, wheel_name(p, k), acos(cosine) * 45 / atan(1));
     return true;
 }
 
