@@ -490,7 +490,7 @@ static bool finish_bevel(const pair *p)
         if (size_of(p, !k) + size_of(p, k) * cosine <= SAME_AXIS * size_of(p, k))
             return kmp_reader_complain(p->r, p->map->place,
                                        "%s: the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g "
-                                       "deg; give points on the side where they are nearer, or other teeth",
+                                       "deg; give points where they are nearer, or other teeth",
                                        p->what, wheel_name(p, k), acos(cosine) * 45 / atan(1));
     return true;
 }
