@@ -44,6 +44,10 @@ struct kmp_joint_loads {
     int *anywhere, anywhere_count; /* closures of coordinates, or without two points */
     int *gear, gear_count;         /* pairs of gear wheels */
     int *element, element_count;   /* friction along lengths and angles, and rigid contacts */
+    int *pressing, pressing_count; /* compliant contacts and films */
+    kmp_ref *against;              /* KMP_COMPLIANT_FORCES of each: their forces */
+    kmp_time_seeds seeds;          /* with the virtual displacements as coordinates */
+    kmp_vec spin;                  /* their rotation */
 };
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
@@ -57,6 +61,7 @@ static bool copy_links(const kmp_tree *tree, kmp_tree *moved)
     moved->names.value = NULL;
     moved->conditions.events = NULL;
     moved->conditions.noted = NULL;
+    moved->seeds = &tree->reactions.joints->seeds;
     if (moved->links)
         return true;
     moved->links = KMP_GRAPH_NEW(tree->graph, kmp_link, tree->count);
@@ -96,6 +101,7 @@ static void displace(const kmp_tree *tree, int first, bool about_parent, kmp_tre
     }
     link->before = link->before < 0 ? 0 : link->before;
     link->turned = true;
+    link->virtual_spin = &tree->reactions.joints->spin;
 }
 
 /* -- what acts across a joint or a section ------------------------------------------------------------------------ */
@@ -128,8 +134,11 @@ static void list_elements(kmp_joint_loads *loads, const kmp_tree *tree)
 {
     const kempe_model *model = tree->model;
     loads->element = KMP_GRAPH_NEW(tree->graph, int, model->force_count + 1);
-    for (int k = 0; loads->element && k < model->force_count; k++) {
+    loads->pressing = KMP_GRAPH_NEW(tree->graph, int, model->force_count + 1);
+    for (int k = 0; loads->element && loads->pressing && k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
+        if (force->kind == KMP_FORCE_COMPLIANT)
+            loads->pressing[loads->pressing_count++] = k;
         if (force->kind == KMP_FORCE_TOUCH || (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force)))
             loads->element[loads->element_count++] = k;
     }
@@ -219,6 +228,34 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int acro
             of = KMP_ZERO;
         }
         add_acting(a, of, value);
+    }
+}
+
+/* Compliant contacts and films by virtual power: forces against rates. */
+static void add_pressing(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_ref generalized[VIRTUAL])
+{
+    kmp_graph *g = moved->graph;
+    kmp_ref from[2 * VIRTUAL], to[2 * VIRTUAL];
+    uint16_t through;
+    for (int k = 0; k < 2 * VIRTUAL; k++) {
+        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
+        to[k] = KMP_ZERO;
+    }
+    for (int i = 0; i < loads->pressing_count; i++) {
+        kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES], *slope;
+        const kmp_ref *size = loads->against + (ptrdiff_t)KMP_COMPLIANT_FORCES * i;
+        const int count = kmp_compliant_forces(moved, &moved->model->forces[loads->pressing[i]], against, unused);
+        slope = KMP_GRAPH_NEW(g, kmp_ref, 2 * VIRTUAL * count);
+        if (!slope)
+            return;
+        kmp_partials_all(g, count, against, KMP_IN_ALONG, 2 * VIRTUAL, slope);
+        if (!kmp_substitute(g, 2 * VIRTUAL, from, to, 2 * VIRTUAL * count, slope, &through))
+            kmp_graph_fail(g);
+        for (int c = 0; c < count; c++)
+            for (int k = 0; k < VIRTUAL; k++) {
+                const kmp_ref way = slope[2 * VIRTUAL * c + VIRTUAL + k];
+                generalized[k] = kmp_sub(g, generalized[k], kmp_mul(g, size[c], way));
+            }
     }
 }
 
@@ -366,6 +403,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
+    add_pressing(loads, &moved, generalized);
     add_teeth(loads, tree, &moved, tree->links[first].parent, tree->links[first].p, generalized);
     put_back(tree, first, &moved);
     loads->obstacle_of[body] = loads->obstructed == body ? loads->obstacle : NULL;
@@ -445,6 +483,7 @@ static kmp_wrench beyond_section(const kmp_tree *tree, int point)
             displace(tree, i, true, &moved);
         }
     find_acting(loads, tree, &moved, -1 - point, generalized);
+    add_pressing(loads, &moved, generalized);
     add_teeth(loads, tree, &moved, frame, kmp_vec_zero(), generalized);
     for (int i = frame + 1; i < tree->count; i++)
         put_back(tree, i, &moved);
@@ -519,6 +558,21 @@ static bool is_wanted(const kempe_model *model)
     return wanted;
 }
 
+/* The forces of compliant contacts, and what virtual motions need. False: no memory. */
+static bool find_pressing(kmp_joint_loads *loads, const kmp_tree *tree)
+{
+    kmp_tree kinked = *tree;
+    kmp_ref against[KMP_COMPLIANT_FORCES];
+    kinked.conditions.kinks = kinked.conditions.watches = true; /* as in laws of forces */
+    loads->against = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_COMPLIANT_FORCES * loads->pressing_count + 1);
+    for (int i = 0; loads->against && i < loads->pressing_count; i++)
+        (void)kmp_compliant_forces(&kinked, &tree->model->forces[loads->pressing[i]], against,
+                                   loads->against + (ptrdiff_t)KMP_COMPLIANT_FORCES * i);
+    for (uint32_t k = 0; k < 3; k++)
+        loads->spin.x[k] = kmp_input(tree->graph, KMP_IN_ALONG, VIRTUAL + 3 + k);
+    return loads->against && kmp_tree_seeds_along(tree, VIRTUAL, &loads->seeds);
+}
+
 kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
 {
     kmp_tree *tree = &eq->tree;
@@ -536,7 +590,7 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->obstacle_of = KMP_GRAPH_NEW(g, const kmp_force *, eq->model->body_count);
     list_elements(loads, tree);
     list_closures(loads, tree);
-    KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g)));
+    KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g) && find_pressing(loads, tree)));
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
     kmp_newton_euler_whole(tree, qdd, loads->forces.applied, movement, loads->inertial, effort);

@@ -26,8 +26,10 @@
 #include "model/language/expression.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
+#include <string.h>
 
 enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */
+_Static_assert(WORKS + FILM == KMP_COMPLIANT_FORCES, "room of callers");
 
 /* The forces along the slip. */
 static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at, kmp_ref normal,
@@ -167,6 +169,29 @@ static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_
     kmp_tree_end(tree, force, KMP_PRESSING_OUT, kmp_sub(g, kmp_mul(g, most, most), square),
                  "give start values that place it there, or a stiffer contact",
                  "the journal of '%s' is not in its bearing", force->name);
+}
+
+int kmp_compliant_forces(const kmp_tree *tree, const kmp_force *force, kmp_ref *against, kmp_ref *size)
+{
+    kmp_graph *g = tree->graph;
+    kmp_bearing_load at;
+    film_load film;
+    kmp_bearing_load_find(tree, force, &at);
+    const kmp_ref holds = kmp_bearing_load_holds(tree, force, &at);
+    int count = force->holding_effort ? 1 + at.slips : 1;
+    against[0] = at.rate;
+    memcpy(against + 1, at.slip, (size_t)at.slips * sizeof *against);
+    size[0] = kmp_bearing_load_normal(tree, force, &at);
+    if (count > 1)
+        find_friction(tree, force, &at, size[0], size + 1);
+    for (int k = 0; k < count; k++)
+        size[k] = kmp_select(g, holds, size[k], KMP_ZERO);
+    if (!force->compliant->film)
+        return count;
+    film_find(tree, force, &at, &film);
+    memcpy(against + count, film.against, sizeof film.against);
+    memcpy(size + count, film.size, sizeof film.size);
+    return count + FILM;
 }
 
 void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,

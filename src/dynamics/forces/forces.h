@@ -25,6 +25,11 @@ enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2, KMP_ENERGY_BY_LINKS = 4 }
  * there is no memory. */
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone);
 
+/** The forces of a compliant contact or a film, and the rates against which each works, at most KMP_COMPLIANT_FORCES:
+ * their number. */
+enum { KMP_COMPLIANT_FORCES = 7 };
+int kmp_compliant_forces(const kmp_tree *tree, const kmp_force *force, kmp_ref *against, kmp_ref *size);
+
 /** A force at a point, given in the axes of an ancestor link, onto the point's link. */
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
 

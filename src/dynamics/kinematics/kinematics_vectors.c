@@ -7,6 +7,7 @@
 #include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/trig.h"
+#include <string.h>
 
 kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
 {
@@ -288,6 +289,25 @@ static bool make_seeds(const kmp_tree *tree, bool rates)
     return true;
 }
 
+bool kmp_tree_seeds_along(const kmp_tree *tree, int count, kmp_time_seeds *seeds)
+{
+    kmp_graph *g = tree->graph;
+    if (tree->seeds->count[0] == 0 && !make_seeds(tree, false))
+        return false;
+    const int own = tree->seeds->count[0], all = own + count;
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * all);
+    *seeds = (kmp_time_seeds){.count = {all}, .leaf = {leaf}};
+    if (!leaf)
+        return false;
+    memcpy(leaf, tree->seeds->leaf[0], (size_t)own * sizeof *leaf);
+    memcpy(leaf + all, tree->seeds->leaf[0] + own, (size_t)own * sizeof *leaf);
+    for (int k = 0; k < count; k++) {
+        leaf[own + k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
+        leaf[all + own + k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)(count + k));
+    }
+    return true;
+}
+
 static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
 {
     const kmp_time_seeds *seeds = tree->seeds;
@@ -335,6 +355,8 @@ kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor)
         if (l->rotation)
             w = kmp_vec_add(tree->graph, w, kmp_vec_axis(l->qd, l->axis));
         w = kmp_link_to_parent(tree, link, w);
+        if (l->virtual_spin)
+            w = kmp_vec_add(tree->graph, w, *l->virtual_spin);
     }
     for (; link > 0 && tree->links[link].stays; link = tree->links[link].follows ? tree->links[link].parent : 0)
         w = kmp_vec_add(tree->graph, w, kmp_vec_axis(tree->links[link].qd, tree->links[link].axis));

@@ -39,6 +39,10 @@ struct kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree);
 /** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory, and the graph has failed. */
 struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
 
+/** Seeds of the first total derivative by time, with the first `count` inputs KMP_IN_ALONG as further coordinates,
+ * whose rates are the inputs behind them. False: no memory. */
+bool kmp_tree_seeds_along(const kmp_tree *tree, int count, kmp_time_seeds *seeds);
+
 /** The total time derivative of x(q, t), and of a rate, with qd -> qdd. */
 kmp_vec kmp_vec_rate(const kmp_tree *tree, kmp_vec x);
 kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate);

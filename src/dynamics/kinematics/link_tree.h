@@ -26,19 +26,20 @@ typedef struct kmp_link {
     const kmp_guide *guide;             /* of a guided link; NULL: it has a motion, or it is fixed to its parent */
     const kmp_deformation *deformation; /* of its body; NULL: it is rigid */
     bool rotation;
-    int axis;            /* 0, 1, 2 of the link's axes */
-    kmp_ref q, qd;       /* of the motion, with a sign when the axis is a negative coordinate axis */
-    bool reversed;       /* the sign */
-    bool turned;         /* g is not the identity */
-    double g[3][3];      /* v_parent = g v_link at q = 0 */
-    bool stays;          /* the link's axes do not turn with the joint: vectors fixed to its body do, by `lag` */
-    bool follows;        /* its parent's axes do not turn either, about the same axis: both have the same axes */
-    kmp_ref lag;         /* the angle about `axis` from the link's axes to its body's; zero unless it stays */
-    double a[3][3];      /* v_model = a v_link: axes of the body's model frame */
-    int before, after;   /* charts: rotations in model axes before its motion and after it, -1 for none */
-    kmp_ref chart[3][3]; /* g with the chart before it and the one after its parent, when there are any */
-    kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
-    kmp_ref armature;    /* a mass only of its coordinate */
+    int axis;          /* 0, 1, 2 of the link's axes */
+    kmp_ref q, qd;     /* of the motion, with a sign when the axis is a negative coordinate axis */
+    bool reversed;     /* the sign */
+    bool turned;       /* g is not the identity */
+    double g[3][3];    /* v_parent = g v_link at q = 0 */
+    bool stays;        /* the link's axes do not turn with the joint: vectors fixed to its body do, by `lag` */
+    bool follows;      /* its parent's axes do not turn either, about the same axis: both have the same axes */
+    kmp_ref lag;       /* the angle about `axis` from the link's axes to its body's; zero unless it stays */
+    double a[3][3];    /* v_model = a v_link: axes of the body's model frame */
+    int before, after; /* charts: rotations in model axes before its motion and after it, -1 for none */
+    const kmp_vec *virtual_spin; /* of a virtual displacement of its joint, the parent's link axes; NULL: none */
+    kmp_ref chart[3][3];         /* g with the chart before it and the one after its parent, when there are any */
+    kmp_vec p;        /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
+    kmp_ref armature; /* a mass only of its coordinate */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */
