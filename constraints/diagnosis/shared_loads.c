@@ -107,7 +107,7 @@ static bool add_teeth(search *x, int c)
     const kmp_gear *gear = x->model->closures[c].gear;
     kmp_gear_numbers mesh;
     double force[3], pitch[3];
-    if (!gear || !kmp_gear_numbers_of(x->model, &x->model->closures[c], &mesh))
+    if (!gear->rigid || !kmp_gear_numbers_of(x->model, &x->model->closures[c], &mesh))
         return false;
     turned(x->poses[gear->carrier].r, mesh.force, force);
     turned(x->poses[gear->carrier].r, mesh.pitch, pitch);

@@ -5,7 +5,6 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
-#include "symbolic/substitute.h"
 #include <math.h>
 
 /* An expression stays zero. */
@@ -38,18 +37,7 @@ const kmp_part kmp_part_coupler = {1, KMP_KIND_POWER_OF_COORDINATE, coupler, kmp
  * is the force along the path on the second wheel. */
 static void gear(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kmp_graph *g = tree->graph;
-    const int count = closure->term_count;
-    kmp_ref *q = KMP_GRAPH_NEW(g, kmp_ref, count), *start = KMP_GRAPH_NEW(g, kmp_ref, count), at_start;
-    uint16_t through;
-    at_start = h[0] = kmp_sub(g, kmp_gear_path(tree, closure, 1), kmp_gear_path(tree, closure, 0));
-    for (int k = 0; q && start && k < count; k++) {
-        q[k] = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
-        start[k] = kmp_tree_number(tree, &tree->model->start.q[closure->terms[k].motion]);
-    }
-    if (!q || !start || !kmp_substitute(g, count, q, start, 1, &at_start, &through))
-        kmp_graph_fail(g);
-    h[0] = kmp_sub(g, h[0], at_start);
+    h[0] = kmp_neg(kmp_gear_error(tree, closure));
 }
 
 /* On the second wheel, in the axes of the ground. */

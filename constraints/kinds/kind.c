@@ -4,6 +4,7 @@
 #include "constraints/kinds/kind.h"
 #include "base/wings.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
 
 const kmp_part kmp_part_none = {0};
@@ -19,6 +20,8 @@ static const kmp_closure_parts parts[KMP_CLOSURE_KINDS] = {
 
 int kmp_closure_rows(const kmp_closure_parts *kind, const kmp_closure *closure)
 {
+    if (closure->gear && !closure->gear->rigid)
+        return 0;
     return closure->curve_count > 0 ? closure->curve_count : kind->force->rows + kind->moment->rows;
 }
 

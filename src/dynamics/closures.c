@@ -6,6 +6,7 @@
 #include "constraints/kinds/kind.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
@@ -319,6 +320,8 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
     for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
         lambda[k] = kmp_tree_multiplier(tree, c, k);
+    if (closure->gear)
+        lambda[0] = kmp_gear_transmitted(tree, c);
     const kmp_part *part = moment ? kind->moment : kind->force;
     if (part->rows == 0)
         return kmp_vec_zero();

@@ -279,7 +279,7 @@ static void add_teeth(const kmp_joint_loads *loads, const kmp_tree *tree, const 
         kmp_vec force, place;
         if (first == is_displaced(tree, moved, closure->gear->wheel[1]))
             continue;
-        const kmp_ref lambda = kmp_tree_multiplier(tree, loads->gear[i], 0);
+        const kmp_ref lambda = kmp_gear_transmitted(tree, loads->gear[i]);
         const int carrier = tree->mounts[closure->gear->carrier].link, top = kmp_tree_common(tree, carrier, link);
         kmp_gear_force(tree, closure, lambda, top, &force, &place);
         place = kmp_vec_sub(g, place, kmp_link_position(tree, link, about, top));

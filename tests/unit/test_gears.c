@@ -411,6 +411,72 @@ static void a_worm_holds_its_load(void)
             }
 }
 
+/* -- play -------------------------------------------------------------------------------------------------- */
+
+static double time_of(const kempe_trajectory *run, const char *words)
+{
+    double t = NAN;
+    for (int k = 0; entry(run, "event", k); k++)
+        if (strcmp(entry(run, "event", k)->text, words) == 0)
+            t = entry(run, "event", k)->t;
+    return t;
+}
+
+#define PLAY                                                                                                           \
+    "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0, 80 mm, 0]}}\nbodies:\n"                                          \
+    "  one: {joint: {revolute: x, at: ground.O}, mass: 1, inertia: {xx: 1e-4}}\n"                                      \
+    "  two: {joint: {revolute: x, at: ground.P}, mass: 1, inertia: {xx: 8e-4}}\n"                                      \
+    "gears: {mesh: {between: [one, two], radius: [30 mm, 50 mm], backlash: 80 um, %s}}\n"                              \
+    "start: {qd: {one: 0.2/0.03}}\nrun: {t_end: 1e-3, output_step: 1e-3}\n"
+
+/* Wheels meet at 0.2 m/s in a play of 80 um: the contact is half a period of the masses on the stiffness of the teeth.
+ */
+static void elastic_teeth_strike_and_leave(void)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text, PLAY, "stiffness: 2e8");
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k], 1e-3);
+        const double tolerance = 1e-2 * ways[k].tolerance;
+        CHECK_NEAR(time_of(run, "contact 'mesh_front' closes"), 0.0002, tolerance);
+        CHECK_NEAR(time_of(run, "contact 'mesh_front' opens"), 0.000263796081064687, tolerance);
+        CHECK_NEAR(time_of(run, "contact 'mesh_back' closes"), 0.000663796081064687, tolerance);
+        kempe_trajectory_free(run);
+        /* the largest force, in the middle of the contact, with its separating part */
+        run = simulate(&l, &ways[k], 0.0002318980405323435);
+        kempe_table *table = NULL;
+        CHECK(run && kempe_trajectory_outputs(run, "reaction(mesh), reaction(one)", &table) == KEMPE_OK);
+        const int last = table ? kempe_table_row_count(table) - 1 : 0;
+        CHECK_NEAR(table ? kempe_table_number(table, last, 3) : 0, 812.276932106895, 100 * ways[k].tolerance);
+        CHECK_NEAR(table ? kempe_table_number(table, last, 2) : 0, 812.276932106895 * tan(20 * degree),
+                   100 * ways[k].tolerance);
+        for (int i = 1; table && i < 4; i++)
+            CHECK_NEAR(kempe_table_number(table, last, i), kempe_table_number(table, last, 3 + i), 1e-9);
+        kempe_table_free(table);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Rigid teeth that rebound with half of their speed meet the other flank after twice the time of the play. */
+static void rigid_teeth_rebound(void)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text, PLAY, "restitution: 0.5");
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k], 1.2e-3);
+        CHECK_NEAR(entry(run, "impact", 0) ? entry(run, "impact", 0)->t : 0, 0.0002, 1e-12);
+        CHECK_NEAR(entry(run, "impact", 1) ? entry(run, "impact", 1)->t : 0, 0.001, 1e-12);
+        const kmp_log_entry *second = entry(run, "impact", 1);
+        CHECK_NEAR(second ? 1e4 * (second->before - second->after) : 0, 1e4 * 0.5 * 0.0824742268041237 * 0.01 * 0.75,
+                   1e-9);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* -- what is wrong in a model ------------------------------------------------------------------------------ */
 
 static void refused(void)
@@ -442,6 +508,10 @@ static void refused(void)
         {"between: [a, b], teeth: [20, 30], efficiency: 1.1", "efficiency is 1.1: it is at most 1"},
         {"between: [a, b], teeth: [20, 30], efficiency: [0, 0.5]", "positive where the first wheel drives"},
         {"between: [a, b], teeth: [20, 30], friction: 0.1", "friction is for a worm with lead_angle"},
+        {"between: [a, b], teeth: [20, 30], backlash: 80 um, efficiency: 0.9",
+         "losses are for teeth that are always in"},
+        {"between: [a, b], teeth: [20, 30], damping: 3", "damping belongs to stiffness"},
+        {"between: [a, b], teeth: [20, 30], restitution: 0.3", "restitution belongs to backlash of rigid teeth"},
         {"between: [a, nobody], teeth: [20, 30]", "unknown body 'nobody'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[2048];
@@ -477,6 +547,8 @@ int main(void)
     TEST(forces_follow_a_parameter);
     TEST(losses_stick_and_slow_down);
     TEST(a_worm_holds_its_load);
+    TEST(elastic_teeth_strike_and_leave);
+    TEST(rigid_teeth_rebound);
     TEST(refused);
     return check_report();
 }

@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/touching.h"
 #include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include "symbolic/substitute.h"
@@ -266,6 +267,23 @@ kmp_ref kmp_gear_path(const kmp_tree *tree, const kmp_closure *closure, int side
     return side && gear->sense < 0 ? kmp_neg(turned) : turned;
 }
 
+kmp_ref kmp_gear_error(const kmp_tree *tree, const kmp_closure *closure)
+{
+    kmp_graph *g = tree->graph;
+    const int count = closure->term_count;
+    kmp_ref *q = KMP_GRAPH_NEW(g, kmp_ref, count), *start = KMP_GRAPH_NEW(g, kmp_ref, count);
+    const kmp_ref error = kmp_sub(g, kmp_gear_path(tree, closure, 0), kmp_gear_path(tree, closure, 1));
+    kmp_ref at_start = error;
+    uint16_t through;
+    for (int k = 0; q && start && k < count; k++) {
+        q[k] = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
+        start[k] = kmp_tree_number(tree, &tree->model->start.q[closure->terms[k].motion]);
+    }
+    if (!q || !start || !kmp_substitute(g, count, q, start, 1, &at_start, &through))
+        kmp_graph_fail(g);
+    return kmp_sub(g, error, at_start);
+}
+
 /* -- the force ----------------------------------------------------------------------------------------- */
 
 static kmp_vec force_of(kmp_graph *g, const kmp_gear_mesh *mesh, kmp_ref lambda)
@@ -274,6 +292,26 @@ static kmp_vec force_of(kmp_graph *g, const kmp_gear_mesh *mesh, kmp_ref lambda)
     f = kmp_vec_scale(g, lambda, f);
     const kmp_ref size = kmp_unary(g, KMP_OP_ABS, lambda);
     return kmp_vec_add(g, f, kmp_vec_scale(g, kmp_mul(g, mesh->separating, size), mesh->apart));
+}
+
+/* The normal force of a flank, a contact of the gear's name. */
+static kmp_ref flank_force(const kmp_tree *tree, const kmp_closure *closure, const char *flank)
+{
+    const kempe_model *model = tree->model;
+    char *name = kmp_arena_printf(kmp_graph_arena(tree->graph), "%s_%s", closure->name, flank);
+    const int k = name ? kmp_name_find(KMP_NAMED(model, force), name) : -1;
+    if (k < 0)
+        return KMP_ZERO;
+    return model->forces[k].kind == KMP_FORCE_TOUCH ? kmp_tree_multiplier(tree, model->forces[k].closure, 0)
+                                                    : kmp_bearing_load_measure(tree, KMP_MEASURE_NORMAL, name);
+}
+
+kmp_ref kmp_gear_transmitted(const kmp_tree *tree, int c)
+{
+    const kmp_closure *closure = &tree->model->closures[c];
+    if (closure->gear->rigid)
+        return kmp_tree_multiplier(tree, c, 0);
+    return kmp_sub(tree->graph, flank_force(tree, closure, "front"), flank_force(tree, closure, "back"));
 }
 
 void kmp_gear_force(const kmp_tree *tree, const kmp_closure *closure, kmp_ref lambda, int link, kmp_vec *force,

@@ -22,6 +22,13 @@ kmp_gear_mesh kmp_gear_mesh_of(const kmp_tree *tree, const kmp_closure *closure)
  * first wheel drives the second one; of a worm the advance of its thread. */
 kmp_ref kmp_gear_path(const kmp_tree *tree, const kmp_closure *closure, int side);
 
+/** The path of the first wheel's pitch point less the path of the second one's, zero at the start: the transmission
+ * error. */
+kmp_ref kmp_gear_error(const kmp_tree *tree, const kmp_closure *closure);
+
+/** The force along the path on the second wheel: the multiplier of the row, or the forces of both flanks. */
+kmp_ref kmp_gear_transmitted(const kmp_tree *tree, int closure);
+
 /** The force of a multiplier on the second wheel, and its place from the origin of a link that carries the carrier, in
  * the axes of that link. */
 void kmp_gear_force(const kmp_tree *tree, const kmp_closure *closure, kmp_ref lambda, int link, kmp_vec *force,

@@ -168,6 +168,8 @@ static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, in
         return kmp_vec_dot(tree->graph, u, v);
     case KMP_MEASURE_PATH:
         return kmp_gear_path(tree, &tree->model->closures[of[0].closure], 0);
+    case KMP_MEASURE_TRANSMISSION_ERROR:
+        return kmp_gear_error(tree, &tree->model->closures[of[0].closure]);
     case KMP_MEASURE_DEPTH:
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:

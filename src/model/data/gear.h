@@ -36,6 +36,7 @@ typedef struct kmp_gear {
     int first_count; /* terms of the first wheel */
     int outwards[2]; /* bevel: 1 if that axis leads from the apex to the wheel, otherwise -1 */
     int sense;       /* 1 if both wheels move in their positive direction, otherwise -1 */
+    bool rigid;      /* otherwise contacts of both flanks, NAME_front and NAME_back, are in the place of a row */
     bool internal;
     int ring;             /* internal: the wheel with teeth inside; otherwise -1 */
     bool left;            /* the first wheel is left-handed */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Losses of gears become friction before the model is read: along the path of the first pitch point, with a level for
- * each direction. The first wheel has the force lambda/e1 where it drives with the efficiency e1. It has e2 lambda
- * where the second wheel drives with e2. So self-locking pairs, whose e2 is not positive, have finite levels. */
+/* Losses of gears become friction, and stiffness and backlash become contacts of both flanks, before the model is read.
+ * Friction acts along the path of the first pitch point, with a level for each direction. The first wheel has the force
+ * lambda/e1 where it drives with the efficiency e1. It has e2 lambda where the second wheel drives with e2. So
+ * self-locking pairs, whose e2 is not positive, have finite levels. */
 #include "model/read/gear_losses.h"
 #include "model/files/nodes.h"
 #include "model/read/read_include.h"
@@ -59,26 +60,76 @@ static void add_loss(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, k
     kmp_yaml_put(arena, forces, gear->place, own, entry);
 }
 
+/* An entry of a flank: the gap is half of the backlash less the transmission error, or more it. */
+static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, const char *flank, char sign,
+                      kmp_yaml *contacts)
+{
+    static const char *const keys[] = {"stiffness", "damping", "restitution"};
+    const char *name = kmp_reader_own_name(r, key->place.file, key->text);
+    const char *own = kmp_reader_say(r, "%s_%s", key->text, flank);
+    const kmp_yaml *backlash = kmp_yaml_get(gear, "backlash"), *stiffness = kmp_yaml_get(gear, "stiffness");
+    kmp_arena *arena = &r->scratch;
+    if (kmp_yaml_get(contacts, own)) {
+        kmp_reader_complain(r, key->place, "gear '%s': the section contacts has '%s', the name of its flank, already",
+                            key->text, own);
+        return;
+    }
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
+    const char *gap = backlash && backlash->text
+                          ? kmp_reader_say(r, "(%s)/2 %c transmission_error(%s)", backlash->text, sign, name)
+                          : kmp_reader_say(r, "0 m %c transmission_error(%s)", sign, name);
+    kmp_yaml_put(arena, entry, gear->place, "gap", kmp_yaml_word(arena, gear->place, gap));
+    if (stiffness)
+        kmp_yaml_put(arena, entry, gear->place, "law", kmp_yaml_word(arena, gear->place, "kelvin_voigt"));
+    for (int k = 0; k < 3; k++) {
+        const kmp_yaml *given = kmp_yaml_get(gear, keys[k]);
+        const char *absent = k == 1 && stiffness ? "0" : k == 2 && !stiffness ? "0" : NULL;
+        kmp_yaml_put(arena, entry, gear->place, keys[k],
+                     given    ? given
+                     : absent ? kmp_yaml_word(arena, gear->place, absent)
+                              : NULL);
+    }
+    kmp_yaml_put(arena, contacts, gear->place, own, entry);
+}
+
+static bool has_play(const kmp_yaml *gear)
+{
+    return kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
+}
+
+/* A copy of a section that may be absent, in a copy of the root. */
+static kmp_yaml *open_section(kmp_reader *r, kmp_yaml *root, const char *name)
+{
+    const kmp_yaml *own = kmp_yaml_get(root, name);
+    kmp_yaml *copy = own && own->kind == KMP_YAML_MAP ? kmp_yaml_copy(&r->scratch, own)
+                                                      : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, root->place);
+    for (int k = 0; copy && own && k < root->count; k++)
+        root->items[k] = root->items[k] == own ? copy : root->items[k];
+    if (copy && !own)
+        kmp_yaml_put(&r->scratch, root, root->place, name, copy);
+    return copy;
+}
+
 void kmp_read_gear_losses(kmp_reader *r)
 {
-    const kmp_yaml *gears = kmp_yaml_get(r->root, "gears"), *forces = kmp_yaml_get(r->root, "forces");
+    const kmp_yaml *gears = kmp_yaml_get(r->root, "gears");
     const char *words[2];
-    bool any = false;
-    for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++)
-        any = any || (gears->items[k] && efficiency_words(r, gears->items[k], words));
-    if (!any || (forces && forces->kind != KMP_YAML_MAP))
-        return;
-    kmp_yaml *root = kmp_yaml_copy(&r->scratch, r->root);
-    kmp_yaml *more =
-        forces ? kmp_yaml_copy(&r->scratch, forces) : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, r->root->place);
-    if (!root || !more)
-        return;
-    for (int k = 0; k < gears->count; k++)
-        if (gears->items[k])
-            add_loss(r, gears->keys[k], gears->items[k], more);
-    for (int k = 0; forces && k < root->count; k++)
-        root->items[k] = root->items[k] == forces ? more : root->items[k];
-    if (!forces)
-        kmp_yaml_put(&r->scratch, root, r->root->place, "forces", more);
-    r->root = root;
+    kmp_yaml *root = NULL, *forces = NULL, *contacts = NULL;
+    for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++) {
+        const kmp_yaml *gear = gears->items[k];
+        const bool loses = gear && efficiency_words(r, gear, words), plays = gear && has_play(gear);
+        if (!root && (loses || plays))
+            root = kmp_yaml_copy(&r->scratch, r->root);
+        if (root && loses && !forces)
+            forces = open_section(r, root, "forces");
+        if (root && plays && !contacts)
+            contacts = open_section(r, root, "contacts");
+        if (loses && forces)
+            add_loss(r, gears->keys[k], gear, forces);
+        if (plays && contacts) {
+            add_flank(r, gears->keys[k], gear, "front", '-', contacts);
+            add_flank(r, gears->keys[k], gear, "back", '+', contacts);
+        }
+    }
+    r->root = root ? root : r->root;
 }

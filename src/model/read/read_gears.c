@@ -393,6 +393,25 @@ static bool read_efficiency(const pair *p)
     return true;
 }
 
+/* Stiffness and backlash, whose contacts have been written (gear_losses.h); the keys that belong to each other. */
+static bool read_play(const pair *p)
+{
+    const kmp_yaml *stiffness = kmp_yaml_get(p->map, "stiffness"), *backlash = kmp_yaml_get(p->map, "backlash");
+    const kmp_yaml *damping = kmp_yaml_get(p->map, "damping"), *restitution = kmp_yaml_get(p->map, "restitution");
+    const kmp_yaml *loss = kmp_yaml_get(p->map, "efficiency"), *friction = kmp_yaml_get(p->map, "friction");
+    p->gear->rigid = !stiffness && !backlash;
+    if (!p->gear->rigid && (loss || friction))
+        return kmp_reader_complain(
+            p->r, (loss ? loss : friction)->place,
+            "%s: losses are for teeth that are always in contact, without stiffness and backlash", p->what);
+    if (damping && !stiffness)
+        return kmp_reader_complain(p->r, damping->place, "%s: damping belongs to stiffness", p->what);
+    if (restitution && (stiffness || !backlash))
+        return kmp_reader_complain(p->r, restitution->place,
+                                   "%s: restitution belongs to backlash of rigid teeth, without stiffness", p->what);
+    return true;
+}
+
 /* -- the forms ----------------------------------------------------------------------------------------- */
 
 static double size_of(const pair *p, int which)
@@ -581,6 +600,6 @@ void kmp_read_gear(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_clo
         return;
     p.gear->ring = -1;
     if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) &&
-        read_efficiency(&p) && finish(&p))
+        read_efficiency(&p) && read_play(&p) && finish(&p))
         closure->gear = p.gear;
 }
