@@ -910,11 +910,34 @@ def flexible_pendulum():
     return p
 
 
+def planetary_gearbox():
+    """At the start, with the teeth of all wheels."""
+    a = 0.066
+    p = Picture("A planetary gearbox: sun, three planets on an arm, ring")
+
+    def wheel(name, centre, teeth, shift=(0, 0), ring=False):
+        module, radius = 2 * a / 44, a * teeth / 44
+        outs = [(-1 if ring else 1) * (module if k % 4 < 2 else -1.25 * module) for k in range(4 * teeth)]
+        rim = [at(centre, math.pi * k / (2 * teeth), (radius + out, 0)) for k, out in enumerate(outs)]
+        p.curve(name, *rim, rim[0], shift=shift)
+
+    places = [at((0, 0), math.radians(angle), (a, 0)) for angle in (90, 210, 330)]
+    wheel("ring", (0, 0), 68, shift=(36, -60), ring=True)
+    wheel("sun", (0, 0), 20, shift=(72, -30))
+    for name, place in zip("ABC", places):
+        wheel(f"planet {name}", place, 24, shift=(85, -26))
+    p.body("arm", *places, shift=(0, 44))
+    for place in places:
+        p.pivot(place)
+    p.pivot((0, 0), None, True)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox)
 
 if __name__ == "__main__":
     for make in PICTURES:
