@@ -3,6 +3,7 @@
  * joints in bodies, and closures. */
 #include "model/read/read_linkage.h"
 #include "base/context.h"
+#include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
@@ -195,6 +196,20 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
     kmp_check_joint_keys(r, edge->kind, edge->map, what);
 }
 
+/* Reports a kind of closure that is no joint of a tree: it has no coordinates. */
+static bool is_closure(kmp_reader *r, const kmp_yaml *map, const char *what)
+{
+    for (int k = 0; k < map->count; k++) {
+        const kmp_closure_kind kind = kmp_closure_kind_find(map->keys[k]->text);
+        if (kind != KMP_CLOSURE_NONE && kmp_closure_table[kind].needs == KMP_NEEDS_SHAFTS)
+            return !kmp_reader_complain(r, map->keys[k]->place,
+                                        "%s: a %s has no coordinates, and is no joint of a tree: write it in 'loops', "
+                                        "and connect its bodies by other joints, or give one of them a free joint",
+                                        what, map->keys[k]->text);
+    }
+    return false;
+}
+
 static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
 {
     kmp_edge *edge = &g->edges[g->edge_count++];
@@ -204,8 +219,8 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
         edge->name = "";
     const char *what = kmp_edge_what(r, edge);
     check_name(r, g, edge);
-    bool good = map->kind == KMP_YAML_MAP;
-    if (!good)
+    bool good = map->kind == KMP_YAML_MAP && !is_closure(r, map, what);
+    if (map->kind != KMP_YAML_MAP)
         kmp_reader_complain(r, map->place, "%s must be a mapping such as {revolute: [ground.O, crank.O]}", what);
     if (good) {
         kmp_read_map(r, map, what, edge_keys);
