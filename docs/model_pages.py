@@ -134,7 +134,7 @@ def place_lines(kind, place, word):
 def more_lines(kind):
     """Further keys of a kind, whose meanings begin with its name."""
     return [(f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning.split(": ", 1)[1]) for row in generate_schema.keys("force")
-            if row.key in {"TORSION": ("axis",), "CYLINDER": ("rod_pressure",)}.get(kind, ())]
+            if row.key in {"TORSION": ("axis",), "CYLINDER": ("rod_pressure",), "BUSHING": ("matrix", "damping_matrix", "nonsymmetric")}.get(kind, ())]
 
 
 def number_line(kind, word, field):

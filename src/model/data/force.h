@@ -34,6 +34,7 @@ typedef struct kmp_force {
         radius;
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
+    struct kmp_bushing_matrix *matrix; /* BUSHING: in place of the numbers but the preload; NULL: none */
     bool has_lower, has_upper;
     bool has_speed, has_static; /* FRICTION: regularised; a static level */
     bool has_regularise;        /* FRICTION that sticks: it is regularised where no modes or several are possible */
