@@ -142,7 +142,7 @@ def number_line(kind, word, field):
     key, three, powers, required, meaning = field
     units = {row.key: row.unit for row in generate_schema.keys("force") if row.unit and word == "NULL"}
     shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
-    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "regularise", "static", "effort", "mu", "mu_static", "radius")}.get(kind, ())
+    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "regularise", "static", "effort", "mu", "mu_static", "radius", "flank")}.get(kind, ())
     absent = "required" if required else "none" if key in optional else "0"
     return shown, value("number or three" if three else "number", units.get(key) or unit_of(kind, powers)), absent, meaning
 

@@ -234,7 +234,7 @@ static void refused(void)
         "kempe: 1\nbodies:\n  a: {mass: 1, inertia: {xx: 1}, points: {P: [0, 0, 0]}}\n"
         "ground: {points: {A: [0, 0, 0]}}\n"
         "joints: {A: {revolute: [ground.A, a.P], axis: x}, J: {constant_velocity: [a.P, ground.A], axis: x}}\n",
-        "joint 'J': a constant_velocity has no coordinates, and is no joint of a tree: write it in 'loops'");
+        "joint 'J': a constant_velocity has no coordinates, and cannot be in the tree: write it in 'loops'");
     load_rejected(
         "kempe: 1\nbodies:\n  a: {joint: {revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [0, 0, "
         "0]}}\nground: {points: {A: [0, 0, 0]}}\nloops: {J: {constant_velocity: [a.P, ground.A], plunging: no}}\n",

@@ -18,8 +18,8 @@
  * It is kr sin(a) n, V = kr (3 - tr R) / 2, where all kr_i are equal. Damping adds cr w, with cr w formed as kr s.
  *
  * With a matrix, k and kr are its blocks, and its other blocks couple d and psi: with K the upper one, V = d.(K psi), f
- * = K psi, and psi' = e0 w + w x e gives m = e0 g + e x g of g = K' d. Those of damping couple d' and w. A matrix that
- * is not symmetric has no V: the power of its elastic force is counted as that of damping is. */
+ * = K psi, and psi' = e0 w + w x e gives m = e0 g + e x g of g = K' d. The same blocks of damping couple d' and w. A
+ * matrix that is not symmetric has no V: the power of its elastic force is added to the power of damping. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"

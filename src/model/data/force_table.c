@@ -86,7 +86,7 @@ bool kmp_force_has(const kmp_force *force, int field)
         return !(number == &force->speed && !force->has_speed) &&
                !(number == &force->regularise && !force->has_regularise) &&
                !(number == &force->level && force->effort) && number != &force->mu && number != &force->mu_static &&
-               number != &force->radius &&
+               number != &force->radius && number != &force->flank &&
                !(number == &force->holding && (!force->has_static || force->holding_effort));
     return !(number == &force->lower && !force->has_lower) && !(number == &force->upper && !force->has_upper);
 }

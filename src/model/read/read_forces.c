@@ -11,6 +11,7 @@
 #include "model/read/read_contacts.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_states.h"
+#include "model/read/read_thread.h"
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
 #include "model/read/reading.h"
@@ -158,7 +159,8 @@ static const kmp_expr *read_levels(const level_reading *x, const kmp_yaml *node)
 /* Reads the level of a friction force if it is an expression. false: the level is a number, which the caller reads. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
-    static const char *const by_reaction[] = {"mu", "mu_static", "radius"}, *const speeds[] = {"speed", "regularise"};
+    static const char *const by_reaction[] = {"mu", "mu_static", "radius", "flank"}, *const speeds[] = {"speed",
+                                                                                                        "regularise"};
     bool level = strcmp(field->key, "effort") == 0;
     if (e->force->kind != KMP_FORCE_FRICTION || kmp_name_find(KMP_NAMES_OF(speeds), field->key) >= 0)
         return false;
@@ -234,7 +236,7 @@ static void read_by_reaction(const element *e, const kmp_yaml *map, const char *
 /* The level of friction, by its own key or by a reaction. */
 static void read_level(const element *e, const kmp_yaml *map, const char *what)
 {
-    static const char *const others[] = {"mu_static", "radius", "reaction"};
+    static const char *const others[] = {"mu_static", "radius", "flank", "reaction"};
     kmp_reader *r = e->r;
     const char *own = kmp_force_key(r->model, e->force, "effort");
     e->force->has_static = kmp_yaml_get(map, "static");
@@ -244,7 +246,12 @@ static void read_level(const element *e, const kmp_yaml *map, const char *what)
     }
     if (kmp_yaml_get(map, "mu") && e->force->has_static)
         kmp_reader_complain(r, map->place, "%s: the static level of friction with mu is given by mu_static", what);
-    if (kmp_yaml_get(map, "mu"))
+    const kmp_yaml *flank = kmp_yaml_get(map, "flank");
+    if (kmp_is_thread(r->model, e->force, map))
+        kmp_read_thread(r, map, what, e->force);
+    else if (kmp_yaml_get(map, "mu") && flank)
+        kmp_reader_complain(r, flank->place, "%s: a flank is for the thread of a screw, on its own rotation", what);
+    else if (kmp_yaml_get(map, "mu"))
         read_by_reaction(e, map, what);
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (!kmp_yaml_get(map, "mu") && kmp_yaml_get(map, others[k]))

@@ -196,14 +196,14 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
     kmp_check_joint_keys(r, edge->kind, edge->map, what);
 }
 
-/* Reports a kind of closure that is no joint of a tree: it has no coordinates. */
+/* Reports a kind of closure that cannot be a joint: it has no coordinates. */
 static bool is_closure(kmp_reader *r, const kmp_yaml *map, const char *what)
 {
     for (int k = 0; k < map->count; k++) {
         const kmp_closure_kind kind = kmp_closure_kind_find(map->keys[k]->text);
         if (kind != KMP_CLOSURE_NONE && kmp_closure_table[kind].needs == KMP_NEEDS_SHAFTS)
             return !kmp_reader_complain(r, map->keys[k]->place,
-                                        "%s: a %s has no coordinates, and is no joint of a tree: write it in 'loops', "
+                                        "%s: a %s has no coordinates, and cannot be in the tree: write it in 'loops', "
                                         "and connect its bodies by other joints, or give one of them a free joint",
                                         what, map->keys[k]->text);
     }
