@@ -55,9 +55,8 @@ static kempe_status look(const kempe_system *s, const double *q, bool warns)
         if (!warns && angle > KMP_SHAFTS_FOLDED)
             status = kmp_complain(
                 s->context, model->source.files[closure->place.file], closure->place.line, closure->place.column,
-                "joint of constant velocity '%s': its shafts are folded onto each other, %.6g deg from "
-                "being in line: no moment is transmitted there; turn the axis of one of its points, "
-                "or start from a better guess",
+                "joint of constant velocity '%s': its shafts are folded onto each other at %.6g deg, and "
+                "transmit no moment; turn the axes of one point, or start elsewhere",
                 closure->name, angle);
         if (warns && angle > KMP_SHAFTS_BENT)
             kmp_log(

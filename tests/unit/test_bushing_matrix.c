@@ -43,7 +43,7 @@ static void rotor_on_one_bearing(void)
 
 /* -- forces ------------------------------------------------------------------------------------------------ */
 
-/* What the forces add to the bias, and their potential; point: the first point of bushings, O or the turned T. */
+/* The part of the forces in the bias, and their potential. */
 static bool added(const char *forces, const double *q, const double *qd, double bias[6], double *potential)
 {
     const char *const texts[2] = {forces, ""};

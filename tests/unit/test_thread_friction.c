@@ -31,7 +31,7 @@ static loaded screw(double pitch, double load, double torque, double mu, const c
 
 /* -- thresholds ------------------------------------------------------------------------------------------------ */
 
-/* Whether it turns from rest under a torque, by every way. */
+/* It turns from rest under a torque in a direction, or stays (0), by every way. */
 static void turns(double pitch, double load, double torque, int direction, const char *more, double mu)
 {
     loaded l = screw(pitch, load, torque, mu, more, 0);

@@ -490,8 +490,8 @@ static bool read_square(const element *e, const kmp_yaml *node, kmp_bushing_kind
     return good;
 }
 
-/* The least eigenvalue of the symmetric part, in SI units. Whether it is negative is decided with each direction in
- * units in which its own entry is one, so that newtons and newton metres have the same weight. */
+/* The least eigenvalue of the symmetric part, in SI units. To decide on its sign each
+ * direction has the unit in which its own entry is one, so that newtons and newton metres have the same weight. */
 static bool is_indefinite(const kmp_number *of, double *least)
 {
     enum { N = KMP_BUSHING_SIZE };

@@ -202,10 +202,11 @@ static bool is_closure(kmp_reader *r, const kmp_yaml *map, const char *what)
     for (int k = 0; k < map->count; k++) {
         const kmp_closure_kind kind = kmp_closure_kind_find(map->keys[k]->text);
         if (kind != KMP_CLOSURE_NONE && kmp_closure_table[kind].needs == KMP_NEEDS_SHAFTS)
-            return !kmp_reader_complain(r, map->keys[k]->place,
-                                        "%s: a %s has no coordinates, and cannot be in the tree: write it in 'loops', "
-                                        "and connect its bodies by other joints, or give one of them a free joint",
-                                        what, map->keys[k]->text);
+            return !kmp_reader_complain(
+                r, map->keys[k]->place,
+                "%s: a %s has no coordinates, and cannot be in the tree: write it in 'loops', with "
+                "other joints, or a free one, for its bodies",
+                what, map->keys[k]->text);
     }
     return false;
 }
