@@ -2,6 +2,7 @@
 /* Bushings with matrices: the frequencies of a rotor (reference J8); diagonal ones against three numbers; symmetric
  * ones against the slope of their potential, written down once more; nonsymmetric ones against the whirl in closed
  * form. */
+#include "closed_form.h"
 #include "loaded.h"
 #include "model/data/variant.h"
 #include "studies/simulate/trajectory.h"
@@ -237,6 +238,29 @@ static void whirl_in_closed_form(void)
     unload(&l);
 }
 
+/* x of it, by the cross stiffness. */
+static void whirls(double c, double end[2])
+{
+    const double complex w = csqrt((5000 - I * c) / 2);
+    end[0] = 0.01 * creal(ccos(w));
+    end[1] = 0.01 * creal(-w * csin(w));
+}
+
+static void instances_and_derivatives(void)
+{
+    const char *text =
+        "kempe: 1\nparameters: {c: 300}\nground: {points: {O: [0, 0, 0]}}\n"
+        "bodies: {b: {joint: {name: b, planar: z, at: ground}, mass: 2, inertia: {zz: 1}, points: {C: [0, 0, "
+        "0]}}}\n"
+        "forces: {film: {bushing: [ground.O, b.C], nonsymmetric: yes, matrix: [[5000, c, 0, 0, 0, 0], [-c, "
+        "5000, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, "
+        "1]]}}\n"
+        "start: {q: {b.1: 0.01}}\nrun: {t_end: 1, rtol: 1e-11, atol: 1e-13}\n";
+    instances_are(text, "c", 300, 0, whirls, 1e-9);
+    slopes_are(text, "forward", "q(b.1),qd(b.1)", 300, 1, whirls, 1e-6);
+    slopes_are(text, "adjoint", "q(b.1),qd(b.1)", 300, 1, whirls, 1e-6);
+}
+
 /* -- what is refused ------------------------------------------------------------------------------------------------
  */
 
@@ -312,6 +336,7 @@ int main(void)
     TEST(a_nonsymmetric_one_has_none);
     TEST(damping_acts_on_the_rates);
     TEST(whirl_in_closed_form);
+    TEST(instances_and_derivatives);
     TEST(refused);
     TEST(indefinite);
     TEST(varied);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints of constant velocity: both shafts turn alike in any direction of bend, and the moment is the closed form T
  * along both shafts with T tan(angle/2) across them. */
+#include "closed_form.h"
 #include "evaluated.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
@@ -100,6 +101,30 @@ static void moment(void)
     moment_of(SHAFTS("axis: x", LOADED));
     moment_of(SHAFTS("axis: x, plunging: yes", LOADED));
     moment_of(SHAFTS("axis: x, plunging: free", LOADED));
+}
+
+/* -- instances and derivatives ------------------------------------------------------------------------ */
+
+/* From rest, (0.01 + 0.03) w' = T - 2 w over 0.05 s. */
+static void run_up(double torque, double end[2])
+{
+    const double k = 2 / 0.04, t = 0.05, grown = 1 - exp(-k * t);
+    end[0] = torque / 2 * (t - grown / k);
+    end[1] = torque / 2 * grown;
+}
+
+static void instances_and_derivatives(void)
+{
+    char text[2000];
+    (void)snprintf(text, sizeof text,
+                   SHAFTS("axis: x, plunging: yes",
+                          "parameters: {T: 30}\n"
+                          "forces: {m: {joint: a, torque: T}, l: {joint: b.2, torque: \"-2*qd(b.2)\"}}\n"
+                          "run: {t_end: 0.05, rtol: 1e-11}\n"),
+                   0.7, 0.7);
+    instances_are(text, "T", 30, 0, run_up, 1e-8);
+    slopes_are(text, "forward", "q(a),qd(a)", 30, 0.05, run_up, 1e-9);
+    slopes_are(text, "adjoint", "q(a),qd(a)", 30, 0.05, run_up, 1e-8);
 }
 
 /* -- half shaft ------------------------------------------------------------------------------------------- */
@@ -249,6 +274,7 @@ int main(void)
 {
     TEST(equal_angles);
     TEST(moment);
+    TEST(instances_and_derivatives);
     TEST(half_shaft_turns_the_wheel);
     TEST(closes_from_far);
     TEST(folded_shafts);

@@ -2,6 +2,7 @@
 /* Friction in the thread of a screw: the torque F r tan(gamma + rho) raises a load and F r tan(rho - gamma) lowers it,
  * for loads of both signs and threads of both hands; a jack holds its load; motion down under its own load has the
  * acceleration of the closed form. */
+#include "closed_form.h"
 #include "ways.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -115,6 +116,27 @@ static void motion_with_friction(void)
     moves(0.02, -4000, 0.5, 0.05, -10, 0.3); /* lowered against a brake */
 }
 
+/* -- instances and derivatives ------------------------------------------------------------------------- */
+
+/* Down under its own load. */
+static void lowered(double mu, double end[2])
+{
+    const double a = acceleration(0.02, -4000, 0, mu, false), t = 0.5;
+    end[0] = -1e-3 * t + a * t * t / 2;
+    end[1] = -1e-3 + a * t;
+}
+
+static void instances_and_derivatives(void)
+{
+    const char *text =
+        "kempe: 1\nparameters: {mu: 0.05}\n"
+        "bodies: {s: {joint: {name: J, screw: z, pitch: 0.02, at: ground}, mass: 400, inertia: {zz: 0.05}}}\n"
+        "forces: {load: {joint: J.1, force: -4000}, rub: {joint: J.2, friction: {mu: mu, radius: 11 mm}}}\n"
+        "start: {qd: {J.2: -1e-3}}\nrun: {t_end: 0.5, rtol: 1e-11}\n";
+    instances_are(text, "mu", 0.05, 1, lowered, 1e-9);
+    slopes_are(text, "forward", "q(J.2),qd(J.2)", 0.05, 0.5, lowered, 1e-9);
+}
+
 /* -- a jack ------------------------------------------------------------------------------------------------------ */
 
 /* A nut that a guide keeps from turning, on a spindle with a bearing. The motor stops, the nut stays. */
@@ -204,6 +226,7 @@ int main(void)
     TEST(thresholds);
     TEST(begins_later_by_the_static_coefficient);
     TEST(motion_with_friction);
+    TEST(instances_and_derivatives);
     TEST(jack_holds_its_load);
     TEST(self_locking_is_stated);
     TEST(refused);
