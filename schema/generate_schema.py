@@ -185,8 +185,9 @@ def edge():
     chains = dict(rows("joints.def", "KMP_JOINT"))
     chains.pop("free")
     kinds = {name: ref("two_points") for name in chains}
+    kinds.update((row[0], ref("two_points")) for row in rows("cuts.def", "KMP_ALWAYS_CUT"))
     wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
-    return dict(keyed("edge", {**kinds, **joint_numbers()}, contact=contact_keys()), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
+    return dict(keyed("edge", {**kinds, **joint_numbers()}, contact=contact_keys()), oneOf=[{"required": [name, *wants.get(name, [])]} for name in kinds])
 
 
 def loop():

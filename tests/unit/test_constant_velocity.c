@@ -253,13 +253,67 @@ static void large_angles(void)
     }
 }
 
+/* -- graphs ----------------------------------------------------------------------------------------------- */
+
+/* The half shaft as a graph: its joints are in one section, and two of them are cut. */
+static const char graph[] =
+    "kempe: 1\n"
+    "gravity: [0, 0, -9.81]\n"
+    "ground: {points: {D: [0, 0, 0], W: [0, 0.8, 0]}}\n"
+    "bodies:\n"
+    "  diff: {mass: 2, inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {O: [0, 0, 0], P: [0, 0.1, 0]}}\n"
+    "  knuckle: {mass: 10, points: {H: [0, 0, 0]}}\n"
+    "  wheel: {mass: 15, inertia: {xx: 0.4, yy: 0.8, zz: 0.4}, points: {O: [0, 0, 0], Q: [0, -0.1, 0]}}\n"
+    "  shaft: {joint: {name: s, free: y, at: ground.D}, mass: 3, com: [0, 0.3, 0], inertia: {xx: 0.1, yy: 0.001, zz: "
+    "0.1}, points: {A: [0, 0, 0], B: [0, 0.6, 0]}}\n"
+    "joints:\n"
+    "  inner: {constant_velocity: [diff.P, shaft.A], axis: y, plunging: yes}\n"
+    "  outer: {constant_velocity: [shaft.B, wheel.Q], axes: [y, y]}\n"
+    "  d: {revolute: [ground.D, diff.O], axis: y}\n"
+    "  travel: {prismatic: [ground.W, knuckle.H], axis: z}\n"
+    "  spin: {revolute: [knuckle.H, wheel.O], axis: y}\n"
+    "forces:\n"
+    "  engine: {joint: d, torque: 60}\n"
+    "  road: {joint: spin, torque: \"-3*qd(spin)\"}\n"
+    "drives: {bump: {joint: travel, displacement: \"0.2*sin(3*t)\"}}\n"
+    "start: {q: {s.1: 0.1}, qd: {d: 5}, hold: [d]}\n"
+    "run: {t_end: 2, output_step: 0.1, outputs: [moment(outer), reaction(inner)]}\n";
+
+static void graph_is_the_same(void)
+{
+    loaded l = load_text(graph), tree = load_text(half_shaft);
+    CHECK(l.model && l.model->cut_count == 2 && l.model->cuts[0].rows == 3 && l.model->cuts[1].rows == 4);
+    CHECK(l.system && tree.system && l.system->m == tree.system->m && l.system->n == tree.system->n);
+    kempe_trajectory *run = simulate(&l, &ways[0], 2), *other = simulate(&tree, &ways[0], 2);
+    if (run && other) {
+        static const char *const names[][2] = {{"d", "diff"}, {"spin", "spin"}, {"travel", "travel"}, {"s.4", "s.4"}};
+        for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+            CHECK_NEAR(last_q(run)[coordinate_named(&l, names[k][0])],
+                       last_q(other)[coordinate_named(&tree, names[k][1])], 1e-9);
+    }
+    kempe_trajectory_free(run);
+    kempe_trajectory_free(other);
+    unload(&l);
+    unload(&tree);
+}
+
+#define JOINTS(more)                                                                                                   \
+    "kempe: 1\nground: {points: {A: [0, 0, 0]}}\nbodies:\n  a: {mass: 1, inertia: {xx: 1}, points: {P: [0, 0, 0]}}\n"  \
+    "joints:\n  A: {revolute: [ground.A, a.P], axis: x}\n  J: {constant_velocity: [a.P, ground.A], axis: x" more "}\n"
+
 static void refused(void)
 {
     load_rejected(
-        "kempe: 1\nbodies:\n  a: {mass: 1, inertia: {xx: 1}, points: {P: [0, 0, 0]}}\n"
-        "ground: {points: {A: [0, 0, 0]}}\n"
-        "joints: {A: {revolute: [ground.A, a.P], axis: x}, J: {constant_velocity: [a.P, ground.A], axis: x}}\n",
-        "joint 'J': a constant_velocity has no coordinates, and cannot be in the tree: write it in 'loops'");
+        "kempe: 1\nground: {points: {A: [0, 0, 0]}}\nbodies: {a: {mass: 1, inertia: {xx: 1}, points: {P: [0, 0, "
+        "0]}}}\njoints: {J: {constant_velocity: [ground.A, a.P], axis: x}}\n",
+        "body 'a' is not connected: a constant_velocity has no coordinates; give the body a joint");
+    load_rejected(JOINTS(", cut: no"), "joint 'J': a constant_velocity has no coordinates, and is cut at all times");
+    load_rejected(JOINTS(", pitch: 2"), "joint 'J': a constant_velocity has no pitch");
+    load_rejected(JOINTS(", coordinates: [x]"), "joint 'J': a constant_velocity has no coordinates");
+    load_rejected(JOINTS(", plunging: no"), "plunging is yes or free, not 'no'");
+    load_rejected(JOINTS(", revolute: [a.P, ground.A]"), "joint 'J': it is either a constant_velocity or a revolute");
+    load_rejected(JOINTS("}\n  K: {revolute: [a.P, ground.A], plunging: yes"), "joint 'K': a revolute has no plunging");
+    load_rejected(JOINTS("") "forces: {f: {joint: J, torque: 1}}\n", "joint 'J': a cut joint has no coordinate");
     load_rejected(
         "kempe: 1\nbodies:\n  a: {joint: {revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [0, 0, "
         "0]}}\nground: {points: {A: [0, 0, 0]}}\nloops: {J: {constant_velocity: [a.P, ground.A], plunging: no}}\n",
@@ -276,6 +330,7 @@ int main(void)
     TEST(moment);
     TEST(instances_and_derivatives);
     TEST(half_shaft_turns_the_wheel);
+    TEST(graph_is_the_same);
     TEST(closes_from_far);
     TEST(folded_shafts);
     TEST(large_angles);
