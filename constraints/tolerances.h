@@ -669,6 +669,13 @@
 /** Directions of a flexible body whose inertia is this part of the largest one move no mass, but for rounding. */
 #define KMP_FLEXIBLE_STILL 1e-13
 
+/* -- joints of constant velocity ---------------------------------------------------------------------- */
+
+/** Degrees between the shafts. Fixed joints reach 50, wide ones 60. The row has its pole at half a turn, where a
+ * moment of the size 1/cos(angle/2) would be needed for a torque of 1: 115 at the second angle. */
+#define KMP_SHAFTS_BENT   60.0
+#define KMP_SHAFTS_FOLDED 179.0
+
 /* -- tables of wheel-rail contact --------------------------------------------------------------------- */
 
 /** A conicity is resolved by the values of a table if half of them change it by at most this part of it, or of a small

@@ -470,7 +470,25 @@ def point_on_curve(v):
     knob(v, q, "Q", (17, 12))
 
 
-CLOSURES = (("rod", "constant distance of P and Q", rod), ("point_on_line", "Q moves along the axis through P", point_on_line),
+def constant_velocity(v):
+    bent = WORLD.turned(0, -32)
+    v.cylinder(WORLD, 0.12, -1.0, -0.41, GREY)
+    v.cylinder(WORLD, 0.36, -0.4, 0.05, GREY)
+    v.cylinder(bent, 0.1, 0.1, 1.15, BLUE)
+    x, y = v.place((0, 0, 0))
+    v.put([(0, 0, 0.06)], f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{0.26 * v.scale:.1f}" fill="url(#ball)" '
+          f'stroke="{shade(BLUE, (0, 0, -2.2))}" stroke-width="0.8"/>', 0.25)
+    v.axis((0, 0, -1.0), (0, 0, -1.3), INK, "")
+    v.axis(bent.at(0, 0, 1.15), bent.at(0, 0, 1.45), INK, "")
+    v.arc(WORLD, 0.24, -60, 210, "", height=-0.85)
+    v.arc(bent, 0.24, -60, 210, "", height=0.85)
+    x, y = v.place((0, 0, -0.85))
+    v.front.append(text(x + 34, y + 8, "\u03c9", RED, style=ITALIC, size=16))
+    x, y = v.place(bent.at(0, 0, 0.85))
+    v.front.append(text(x + 34, y + 2, "\u03c9", RED, style=ITALIC, size=16))
+
+
+CLOSURES = (("constant_velocity", "both shafts turn alike", constant_velocity), ("rod", "constant distance of P and Q", rod), ("point_on_line", "Q moves along the axis through P", point_on_line),
             ("point_on_plane", "Q moves in the plane through P", point_on_plane), ("point_on_curve", "Q moves along a curve", point_on_curve))
 
 

@@ -28,7 +28,7 @@ OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece 
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
-NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
+NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
              "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "MAYBE_STATE": "(STATE)"}
@@ -134,7 +134,7 @@ def place_lines(kind, place, word):
 def more_lines(kind):
     """Further keys of a kind, whose meanings begin with its name."""
     return [(f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning.split(": ", 1)[1]) for row in generate_schema.keys("force")
-            if row.key in {"TORSION": ("axis",), "CYLINDER": ("rod_pressure",)}.get(kind, ())]
+            if row.key in {"TORSION": ("axis",), "CYLINDER": ("rod_pressure",), "BUSHING": ("matrix", "damping_matrix", "nonsymmetric")}.get(kind, ())]
 
 
 def number_line(kind, word, field):
@@ -142,7 +142,7 @@ def number_line(kind, word, field):
     key, three, powers, required, meaning = field
     units = {row.key: row.unit for row in generate_schema.keys("force") if row.unit and word == "NULL"}
     shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
-    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "regularise", "static", "effort", "mu", "mu_static", "radius")}.get(kind, ())
+    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "regularise", "static", "effort", "mu", "mu_static", "radius", "flank")}.get(kind, ())
     absent = "required" if required else "none" if key in optional else "0"
     return shown, value("number or three" if three else "number", units.get(key) or unit_of(kind, powers)), absent, meaning
 

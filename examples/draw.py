@@ -933,11 +933,26 @@ def planetary_gearbox():
     return p
 
 
+def half_shaft():
+    """From behind, at 0.15 s."""
+    reach, length, rise, radius = 0.7, 0.55, 0.12 * math.sin(1.35), 0.31
+    inner, outer = (reach - math.sqrt(length**2 - rise**2), 0), (reach, rise)
+    p = Picture("A half shaft from behind at 0.15 s")
+    p.body("differential", (-0.1, 0), inner, other_side=True)
+    p.body("wheel", (reach, rise - radius), (reach, rise + radius))
+    p.body("axle", outer, (reach + 0.15, rise), other_side=True)
+    p.body("shaft", inner, outer)
+    p.pivot((-0.1, 0), "D", True, (12, -8))
+    p.pivot(inner, "inner", shift=(-10, -18))
+    p.pivot(outer, "outer", shift=(12, -14))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -104,10 +104,10 @@ PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
-    "`1`": {"enum": [1, "1"]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,
+    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,
     "parameters": named(NUMBER), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
-    "numbers": NUMBERS, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
+    "numbers": NUMBERS, "6 x 6 numbers": {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6}, "minItems": 6, "maxItems": 6}, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
     "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
@@ -189,8 +189,9 @@ def edge():
     chains = dict(rows("joints.def", "KMP_JOINT"))
     chains.pop("free")
     kinds = {name: ref("two_points") for name in chains}
+    kinds.update((row[0], ref("two_points")) for row in rows("cuts.def", "KMP_ALWAYS_CUT"))
     wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
-    return dict(keyed("edge", {**kinds, **joint_numbers()}, contact=contact_keys()), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
+    return dict(keyed("edge", {**kinds, **joint_numbers()}, contact=contact_keys()), oneOf=[{"required": [name, *wants.get(name, [])]} for name in kinds])
 
 
 def loop():

@@ -8,6 +8,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/cut_start.h"
 #include "constraints/closing/rounding.h"
+#include "constraints/closing/shaft_angles.h"
 #include "constraints/closing/static_start.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
@@ -479,8 +480,11 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     if (status != KEMPE_OK || !a)
         return status;
     *assembly = a;
+    if (!a->closed && !isfinite(a->residual))
+        KMP_TRY(kmp_shafts_refuse(system, a->q));
     if (!a->closed)
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
+    KMP_TRY(kmp_shafts_refuse(system, a->q));
     KMP_TRY(kmp_static_start(system, a));
     if (!known)
         report_misfit(a);

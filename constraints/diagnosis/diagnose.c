@@ -6,6 +6,7 @@
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/closing/rounding.h"
+#include "constraints/closing/shaft_angles.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/evaluation/charts.h"
@@ -668,6 +669,10 @@ static kempe_status diagnose(kempe_check *check)
     check->assembled = check->assembly && check->assembly->closed; /* also with goals that were not reached */
     if (check->assembled)
         status = (kmp_context_clear(check->system->context), examine(check));
+    if (check->assembled && status == KEMPE_OK)
+        status = kmp_shafts_refuse(check->system, check->assembly->q);
+    if (check->assembled && status == KEMPE_OK)
+        status = kmp_shafts_warn(check->system, check->assembly->q);
     if (check->assembled)
         return status == KEMPE_OK ? find_loads(check) : status;
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;

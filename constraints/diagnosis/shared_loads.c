@@ -142,7 +142,7 @@ static bool add_loads(search *x, int c)
         add_all(x, c, false);
     else if (force == &kmp_part_line)
         add_across(x, c, false, e[0]);
-    else
+    else if (force->rows > 0)
         add_load(x, c, false, force == &kmp_part_rod ? d : e[0]);
     if (moment == &kmp_part_aligned)
         add_all(x, c, true);
@@ -150,6 +150,10 @@ static bool add_loads(search *x, int c)
         add_across(x, c, true, e[1]);
     else if (moment == &kmp_part_perpendicular) {
         kmp_cross3(e[0], e[1], both);
+        add_load(x, c, true, both);
+    } else if (moment == &kmp_part_twist) {
+        for (int k = 0; k < 3; k++)
+            both[k] = (e[0][k] + e[1][k]) / (1 + kmp_dot3(e[0], e[1]));
         add_load(x, c, true, both);
     }
     return true;

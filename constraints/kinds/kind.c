@@ -27,7 +27,8 @@ int kmp_closure_rows(const kmp_closure_parts *kind, const kmp_closure *closure)
 
 void kmp_closure_residual(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kind->force->residual(tree, closure, h);
+    if (kind->force->rows > 0)
+        kind->force->residual(tree, closure, h);
     if (kind->moment->rows > 0)
         kind->moment->residual(tree, closure, h + kind->force->rows);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parts of closures: ball, rod, products of axes with the distance or with other axes, aligned axes. Each gives its
- * rows as expressions, in the frame of the nearest common ancestor, and force or moment of its multipliers. */
+/* Parts of closures: ball, rod, products of axes with the distance or with other axes, aligned axes, twist. Each gives
+ * its rows as expressions, in the frame of the nearest common ancestor, and force or moment of its multipliers. */
 #include "constraints/kinds/kind_parts.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -171,3 +171,50 @@ static kmp_vec aligned_moment(const kmp_tree *tree, const kmp_closure *closure, 
 }
 
 const kmp_part kmp_part_aligned = {3, 0, aligned, aligned_moment, NULL};
+
+/* -- twist: both shafts turn by the same angle ----------------------------------------------------------- */
+
+/* Parts of 2 tan(twist/2) = n/d: n twice the skew part of the relative rotation R about the axis, d = 1 + trace of R.
+ * The twist is what is left of R behind the least rotation from e1 to e2. The row has no other solution, and d is 0
+ * only where the twist or the angle of the shafts is half a turn. */
+typedef struct twist_parts {
+    kmp_vec first[3], second[3];
+    kmp_ref n, d;
+} twist_parts;
+
+static twist_parts twist_of(const kmp_tree *tree, const kmp_closure *closure)
+{
+    kmp_graph *g = tree->graph;
+    twist_parts x = {.d = KMP_ONE};
+    axes_of(tree, closure, 0, x.first);
+    axes_of(tree, closure, 1, x.second);
+    kmp_ref skew = kmp_sub(g, kmp_vec_dot(g, x.first[2], x.second[1]), kmp_vec_dot(g, x.first[1], x.second[2]));
+    x.n = kmp_mul(g, kmp_const(g, 2), skew);
+    for (int k = 0; k < 3; k++)
+        x.d = kmp_add(g, x.d, kmp_vec_dot(g, x.first[k], x.second[k]));
+    x.d = x.d == KMP_ZERO ? KMP_ONE : x.d; /* folded at all times: the start is refused */
+    return x;
+}
+
+static void twist(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    const twist_parts x = twist_of(tree, closure);
+    h[0] = kmp_div(tree->graph, x.n, x.d);
+}
+
+/* From virtual work, lambda (2 (a2 x b1 - b2 x a1) - h sum u2 x u1)/d. On the closure this is lambda (e1 + e2)/(1 +
+ * e1.e2): lambda along both shafts, and lambda tan(angle/2) across either, in their plane. */
+static kmp_vec twist_moment(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_graph *g = tree->graph;
+    const twist_parts x = twist_of(tree, closure);
+    kmp_vec of_d = kmp_vec_zero(), a = kmp_vec_cross(g, x.second[1], x.first[2]);
+    kmp_vec b = kmp_vec_cross(g, x.second[2], x.first[1]);
+    for (int k = 0; k < 3; k++)
+        of_d = kmp_vec_add(g, of_d, kmp_vec_cross(g, x.second[k], x.first[k]));
+    kmp_vec moment = kmp_vec_scale(g, kmp_const(g, 2), kmp_vec_sub(g, a, b));
+    moment = kmp_vec_sub(g, moment, kmp_vec_scale(g, kmp_div(g, x.n, x.d), of_d));
+    return kmp_part_own(tree, closure, kmp_vec_scale(g, kmp_div(g, lambda[0], x.d), moment));
+}
+
+const kmp_part kmp_part_twist = {1, 0, twist, twist_moment, NULL};

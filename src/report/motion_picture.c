@@ -677,7 +677,7 @@ static void put_side(kmp_json *json, const picture *p, const kmp_force *force, i
         !begin_surface(json, p, words[side->shape], force->name, side->point))
         return;
     for (int i = 0; i < 3; i++)
-        axis[i] = axis_at(&p->model->points[side->point], i, side->axis);
+        axis[i] = (side->against ? -1 : 1) * axis_at(&p->model->points[side->point], i, side->axis);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
     kmp_json_put(json, "radius %.7g hollow %i }", force->touch.radius[k].value, side->hollow);
 }

@@ -75,7 +75,7 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
     }
     if (strcmp(needs, "AXIS") == 0)
         kmp_text_printf(text, ", axis: %s", random_axes[pick(8)]);
-    if (strcmp(needs, "SAME_AXIS") == 0 || strcmp(needs, "TWO_AXES") == 0)
+    if (strcmp(needs, "SAME_AXIS") == 0 || strcmp(needs, "TWO_AXES") == 0 || strcmp(needs, "SHAFTS") == 0)
         kmp_text_printf(text, ", axes: [%s, %s]", random_axes[pick(8)], random_axes[pick(8)]);
     if (strcmp(needs, "CURVE") == 0)
         kmp_text_printf(text, ", %s", random_curves[pick(5)]);

@@ -311,6 +311,36 @@ static double square(double x)
     return x * x;
 }
 
+/* A direction across an axis, in its point's axes: that axis turned from its largest component to the next one. */
+static void beside(const double e[3], double a[3])
+{
+    int k = fabs(e[2]) >= fabs(e[0]) && fabs(e[2]) >= fabs(e[1]) ? 2
+            : fabs(e[1]) >= fabs(e[0])                           ? 1
+                                                                 : 0,
+        i = (k + 1) % 3;
+    const double size = hypot(e[k], e[i]);
+    a[(k + 2) % 3] = 0;
+    a[k] = -e[i] / size;
+    a[i] = e[k] / size;
+}
+
+/* 2 tan(twist/2), the twist from where the least rotation from e1 to e2 takes a direction across e1, by Rodrigues. */
+static double twist_of(const kempe_model *model, const pose *p, const kmp_closure *c, const geometry *x)
+{
+    double own[3], a[2][3], n[3], nn[3], moved[3], side[3];
+    for (int k = 0; k < 2; k++) {
+        beside(c->axis[k], own);
+        plain_direction(model, p, c->point[k], own, a[k]);
+    }
+    cross(x->e[0], x->e[1], n); /* sin times the axis of that rotation */
+    cross(n, a[0], moved);
+    cross(n, moved, nn);
+    for (int i = 0; i < 3; i++)
+        moved[i] += a[0][i] + nn[i] / (1 + dot(x->e[0], x->e[1]));
+    cross(moved, a[1], side);
+    return 2 * tan(atan2(dot(side, x->e[1]), dot(moved, a[1])) / 2);
+}
+
 /* The curves of random_model.h. */
 static double curve_square(const kmp_closure *c, double x, double y, double z)
 {
@@ -347,6 +377,8 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
         return gap + parallel;
     if (kind == KMP_CLOSURE_universal)
         return gap + square(dot(x.e[0], x.e[1]));
+    if (kind == KMP_CLOSURE_constant_velocity)
+        return gap + square(twist_of(model, p, c, &x));
     if (kind == KMP_CLOSURE_cylindrical)
         return line + parallel;
     if (kind == KMP_CLOSURE_planar)

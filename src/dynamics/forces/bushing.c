@@ -15,12 +15,18 @@
  *
  *     m = kr s + 2 / (1 + tr R) s x (kr s),     kr s = sum_i kr_i (p_i.s) p_i,     V = 2 s.(kr s) / (1 + tr R).
  *
- * It is kr sin(a) n, V = kr (3 - tr R) / 2, where all kr_i are equal. Damping adds cr w, with cr w formed as kr s. */
+ * It is kr sin(a) n, V = kr (3 - tr R) / 2, where all kr_i are equal. Damping adds cr w, with cr w formed as kr s.
+ *
+ * With a matrix, k and kr are its blocks, and its other blocks couple d and psi: with K the upper one, V = d.(K psi), f
+ * = K psi, and psi' = e0 w + w x e gives m = e0 g + e x g of g = K' d. The same blocks of damping couple d' and w. A
+ * matrix that is not symmetric has no V: the power of its elastic force is added to the power of damping. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/bushing_matrix.h"
 #include "model/data/force.h"
+#include "symbolic/function_table.h"
 #include <stdbool.h>
 
 typedef struct bushing {
@@ -31,9 +37,55 @@ typedef struct bushing {
     kmp_vec spin;             /* w */
 } bushing;
 
-static bool alike(const kmp_ref k[3])
+/* Three by three coefficients, rows and columns in the axes of the first point. */
+typedef struct block {
+    kmp_ref x[3][3];
+} block;
+
+static bool is_diagonal(const block *k)
 {
-    return k[0] == k[1] && k[1] == k[2];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (i != j && k->x[i][j] != KMP_ZERO)
+                return false;
+    return true;
+}
+
+/* A multiple of the unit matrix. */
+static bool is_round(const block *k)
+{
+    return is_diagonal(k) && k->x[0][0] == k->x[1][1] && k->x[1][1] == k->x[2][2];
+}
+
+static bool is_nothing(const block *k)
+{
+    return is_round(k) && k->x[0][0] == KMP_ZERO;
+}
+
+static block block_of(const kmp_tree *tree, const kmp_force *force, kmp_bushing_kind kind, int row, int column)
+{
+    block k = {{{KMP_ZERO}}};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            k.x[i][j] =
+                force->matrix && force->matrix->given[kind]
+                    ? kmp_tree_number(tree, &force->matrix->of[kind][KMP_BUSHING_SIZE * (3 * row + i) + 3 * column + j])
+                    : KMP_ZERO;
+    return k;
+}
+
+/* On the diagonal: from the matrix, or from three numbers. */
+static block own_block(const kmp_tree *tree, const kmp_force *force, kmp_bushing_kind kind, int row,
+                       const kmp_number numbers[3])
+{
+    block k = {{{KMP_ZERO}}};
+    if (force->matrix)
+        return block_of(tree, force, kind, row, row);
+    const kmp_vec diagonal = kmp_tree_vector(tree, numbers);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            k.x[i][j] = i == j ? diagonal.x[i] : KMP_ZERO;
+    return k;
 }
 
 /* sum_i x_i p_i */
@@ -46,15 +98,17 @@ static kmp_vec along_axes(const bushing *b, const kmp_ref x[3])
     return sum;
 }
 
-/* sum_i k_i (p_i.v) p_i */
-static kmp_vec weigh(const bushing *b, const kmp_ref k[3], kmp_vec v)
+/* sum_i k_ij (p_j.v) p_i */
+static kmp_vec weigh(const bushing *b, const block *k, kmp_vec v)
 {
     kmp_graph *g = b->tree->graph;
-    kmp_ref x[3];
-    if (alike(k))
-        return kmp_vec_scale(g, k[0], v);
+    kmp_ref x[3] = {KMP_ZERO, KMP_ZERO, KMP_ZERO};
+    if (is_round(k))
+        return kmp_vec_scale(g, k->x[0][0], v);
     for (int i = 0; i < 3; i++)
-        x[i] = kmp_mul(g, k[i], k[i] == KMP_ZERO ? KMP_ZERO : kmp_vec_dot(g, b->p[i], v));
+        for (int j = 0; j < 3; j++)
+            if (k->x[i][j] != KMP_ZERO)
+                x[i] = kmp_add(g, x[i], kmp_mul(g, k->x[i][j], kmp_vec_dot(g, b->p[j], v)));
     return along_axes(b, x);
 }
 
@@ -63,57 +117,119 @@ static void add_potential(kmp_forces *forces, kmp_graph *g, kmp_ref factor, kmp_
     forces->potential = kmp_add(g, forces->potential, kmp_mul(g, factor, kmp_vec_dot(g, a, b)));
 }
 
-/* f */
+static void add_power(kmp_forces *forces, kmp_graph *g, kmp_vec effort, kmp_vec rate)
+{
+    forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, effort, rate));
+}
+
+/* True if the elastic force has no potential. */
+static bool is_external(const kmp_force *force)
+{
+    return force->matrix && force->matrix->nonsymmetric;
+}
+
+/* f, without couplings. */
 static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
-    const kmp_vec k = kmp_tree_vector(b->tree, force->along), c = kmp_tree_vector(b->tree, force->along_damping);
+    const block k = own_block(b->tree, force, KMP_BUSHING_STIFFNESS, 0, force->along);
+    const block c = own_block(b->tree, force, KMP_BUSHING_DAMPING, 0, force->along_damping);
     const kmp_vec preload = kmp_tree_vector(b->tree, force->preload);
-    kmp_vec elastic = weigh(b, k.x, b->elongation), drag = weigh(b, c.x, b->rate), constant = along_axes(b, preload.x);
+    kmp_vec elastic = weigh(b, &k, b->elongation), drag = weigh(b, &c, b->rate), constant = along_axes(b, preload.x);
     if (energy & KMP_ENERGY_POTENTIAL) {
-        add_potential(forces, g, kmp_const(g, 0.5), elastic, b->elongation);
+        if (!is_external(force))
+            add_potential(forces, g, kmp_const(g, 0.5), elastic, b->elongation);
         add_potential(forces, g, KMP_ONE, constant, b->elongation);
     }
-    if (energy & KMP_ENERGY_POWER)
-        forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->rate));
+    if (energy & KMP_ENERGY_POWER) {
+        add_power(forces, g, drag, b->rate);
+        if (is_external(force))
+            add_power(forces, g, elastic, b->rate);
+    }
     return kmp_vec_add(g, kmp_vec_add(g, elastic, constant), drag);
 }
 
-/* The elastic part of m. */
-static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const kmp_ref k[3], unsigned energy)
+/* s and tr R. */
+static kmp_vec turned(const bushing *b, kmp_ref *trace)
 {
     kmp_graph *g = b->tree->graph;
-    kmp_ref half = kmp_const(g, 0.5), trace = KMP_ZERO;
     kmp_vec s = kmp_vec_zero();
-    if (alike(k) && k[0] == KMP_ZERO)
-        return s;
+    *trace = KMP_ZERO;
     for (int i = 0; i < 3; i++) {
         s = kmp_vec_add(g, s, kmp_vec_cross(g, b->p[i], b->q[i]));
-        trace = kmp_add(g, trace, kmp_vec_dot(g, b->p[i], b->q[i]));
+        *trace = kmp_add(g, *trace, kmp_vec_dot(g, b->p[i], b->q[i]));
     }
-    s = kmp_vec_scale(g, half, s);
-    kmp_vec weighed = weigh(b, k, s);
-    if (alike(k)) {
+    return kmp_vec_scale(g, kmp_const(g, 0.5), s);
+}
+
+/* The elastic part of m; its potential, if it has one. */
+static kmp_vec turn_back(kmp_forces *forces, const bushing *b, const block *k, bool potential)
+{
+    kmp_graph *g = b->tree->graph;
+    kmp_ref half = kmp_const(g, 0.5), trace;
+    if (is_nothing(k))
+        return kmp_vec_zero();
+    kmp_vec s = turned(b, &trace), weighed = weigh(b, k, s);
+    if (is_round(k)) {
         kmp_ref open = kmp_mul(g, half, kmp_sub(g, kmp_const(g, 3), trace));
-        if (energy & KMP_ENERGY_POTENTIAL)
-            forces->potential = kmp_add(g, forces->potential, kmp_mul(g, k[0], open));
+        if (potential)
+            forces->potential = kmp_add(g, forces->potential, kmp_mul(g, k->x[0][0], open));
         return weighed;
     }
     kmp_ref factor = kmp_div(g, kmp_const(g, 2), kmp_add(g, KMP_ONE, trace));
-    if (energy & KMP_ENERGY_POTENTIAL)
+    if (potential)
         add_potential(forces, g, factor, s, weighed);
     return kmp_vec_add(g, weighed, kmp_vec_scale(g, factor, kmp_vec_cross(g, s, weighed)));
 }
 
-/* m */
+/* m, without couplings. */
 static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy)
 {
     kmp_graph *g = b->tree->graph;
-    const kmp_vec k = kmp_tree_vector(b->tree, force->about), c = kmp_tree_vector(b->tree, force->about_damping);
-    kmp_vec drag = weigh(b, c.x, b->spin);
+    const block k = own_block(b->tree, force, KMP_BUSHING_STIFFNESS, 1, force->about);
+    const block c = own_block(b->tree, force, KMP_BUSHING_DAMPING, 1, force->about_damping);
+    const bool external = is_external(force);
+    kmp_vec drag = weigh(b, &c, b->spin);
     if (energy & KMP_ENERGY_POWER)
-        forces->power = kmp_sub(g, forces->power, kmp_vec_dot(g, drag, b->spin));
-    return kmp_vec_add(g, turn_back(forces, b, k.x, energy), drag);
+        add_power(forces, g, drag, b->spin);
+    kmp_vec elastic = turn_back(forces, b, &k, (energy & KMP_ENERGY_POTENTIAL) && !external);
+    if (external && energy & KMP_ENERGY_POWER)
+        add_power(forces, g, elastic, b->spin);
+    return kmp_vec_add(g, elastic, drag);
+}
+
+/* Adds what displacements do to the moment and rotations to the force. */
+static void couple(kmp_forces *forces, const bushing *b, const kmp_force *force, unsigned energy, kmp_vec *f,
+                   kmp_vec *m)
+{
+    kmp_graph *g = b->tree->graph;
+    const block across = block_of(b->tree, force, KMP_BUSHING_STIFFNESS, 0, 1);
+    const block back = block_of(b->tree, force, KMP_BUSHING_STIFFNESS, 1, 0);
+    const block drag_across = block_of(b->tree, force, KMP_BUSHING_DAMPING, 0, 1);
+    const block drag_back = block_of(b->tree, force, KMP_BUSHING_DAMPING, 1, 0);
+    kmp_vec pulled = kmp_vec_zero(), turning = pulled;
+    if (!is_nothing(&across) || !is_nothing(&back)) {
+        kmp_ref trace, half = kmp_const(g, 0.5);
+        kmp_vec s = turned(b, &trace);
+        kmp_ref root = kmp_sqrt(g, kmp_add(g, KMP_ONE, trace));
+        kmp_vec e = kmp_vec_scale(g, kmp_div(g, KMP_ONE, root), s);
+        pulled = weigh(b, &across, kmp_vec_scale(g, kmp_const(g, 2), e));
+        kmp_vec effort = weigh(b, &back, b->elongation);
+        turning = kmp_vec_add(g, kmp_vec_scale(g, kmp_mul(g, half, root), effort), kmp_vec_cross(g, e, effort));
+        if (energy & KMP_ENERGY_POTENTIAL && !is_external(force))
+            add_potential(forces, g, KMP_ONE, pulled, b->elongation);
+        if (energy & KMP_ENERGY_POWER && is_external(force)) {
+            add_power(forces, g, pulled, b->rate);
+            add_power(forces, g, turning, b->spin);
+        }
+    }
+    kmp_vec drag = weigh(b, &drag_across, b->spin), stop = weigh(b, &drag_back, b->rate);
+    if (energy & KMP_ENERGY_POWER) {
+        add_power(forces, g, drag, b->rate);
+        add_power(forces, g, stop, b->spin);
+    }
+    *f = kmp_vec_add(g, *f, kmp_vec_add(g, pulled, drag));
+    *m = kmp_vec_add(g, *m, kmp_vec_add(g, turning, stop));
 }
 
 void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
@@ -130,6 +246,8 @@ void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
     b.spin = kmp_vec_sub(g, kmp_link_spin(tree, link[1], b.frame), first);
     b.rate = kmp_vec_sub(g, kmp_vec_rate(tree, b.elongation), kmp_vec_cross(g, first, b.elongation));
     kmp_vec f = pull(forces, &b, force, energy), m = moment(forces, &b, force, energy);
+    if (force->matrix)
+        couple(forces, &b, force, energy, &f, &m);
     kmp_apply_between(forces, tree, point, b.frame, f);
     kmp_apply_moment(forces, tree, point[0], b.frame, kmp_vec_add(g, m, kmp_vec_cross(g, b.elongation, f)));
     kmp_apply_moment(forces, tree, point[1], b.frame, kmp_vec_sub(g, kmp_vec_zero(), m));

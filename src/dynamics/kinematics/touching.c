@@ -49,7 +49,8 @@ static void on_plane(const pair *p, kmp_touching *out)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_touch_side *side = p->touch->side;
-    kmp_vec n = p->axes[1][side[1].axis], e = p->axes[0][side[0].axis];
+    kmp_vec axis = p->axes[1][side[1].axis], e = p->axes[0][side[0].axis];
+    kmp_vec n = side[1].against ? kmp_vec_sub(g, kmp_vec_zero(), axis) : axis;
     kmp_ref height = kmp_vec_dot(g, n, p->d), tilt = kmp_vec_dot(g, n, e);
     out->normal = n;
     if (side[0].shape == KMP_TOUCH_SPHERE || tilt == KMP_ZERO) {
@@ -214,7 +215,7 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
 }
 
 /* With the normal along axis k of the plane's point, the slip is along axis k + 1 or k + 2. A turn about b = n x t
- * moves the place at -r n by -r t. */
+ * moves the place at -r n by -r t. A normal against the axis turns the sign of that. */
 bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
@@ -242,7 +243,7 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
     kmp_ref angle = KMP_ZERO;
     if (across < 0 || (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, across, &angle)))
         return false;
-    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? angle : kmp_neg(angle));
+    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i != touch->side[1].against ? angle : kmp_neg(angle));
     *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
     return true;
 }

@@ -11,6 +11,7 @@ typedef enum kmp_closure_needs {
     KMP_NEEDS_AXIS,
     KMP_NEEDS_SAME_AXIS,
     KMP_NEEDS_TWO_AXES,
+    KMP_NEEDS_SHAFTS,
     KMP_NEEDS_CURVE,
     KMP_NEEDS_TERMS,
     KMP_NEEDS_EXPRESSION,

@@ -31,9 +31,10 @@ typedef struct kmp_force {
     int through_count;
     int axis; /* TORSION: of the first point, 0 to 2 */
     kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod, mu, mu_static,
-        radius;
+        radius, flank;
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
-        preload[3]; /* BUSHING: axes of the first point */
+        preload[3];                    /* BUSHING: axes of the first point */
+    struct kmp_bushing_matrix *matrix; /* BUSHING: in place of the numbers but the preload; NULL: none */
     bool has_lower, has_upper;
     bool has_speed, has_static; /* FRICTION: regularised; a static level */
     bool has_regularise;        /* FRICTION that sticks: it is regularised where no modes or several are possible */
@@ -41,10 +42,12 @@ typedef struct kmp_force {
     kmp_number holding;         /* FRICTION: the static level */
     const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
     bool turns;                 /* an angle */
-    const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
-    int closure;                    /* FRICTION that sticks, TOUCH: of its row */
-    kmp_contact_pair touch;         /* TOUCH: what touches what */
-    kmp_number restitution;         /* TOUCH */
+    const kmp_expr *holding_effort;    /* as an expression, like `effort` for the level; NULL: a number */
+    int closure;                       /* FRICTION that sticks, TOUCH: of its row */
+    kmp_contact_pair touch;            /* TOUCH: what touches what */
+    kmp_number restitution;            /* TOUCH */
+    bool thread;                       /* FRICTION: of a screw; its levels follow the load of its coupling */
+    double lead_angle, friction_angle; /* of it, rad; the second at rest, NaN unless it is constant */
     int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
     int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
                   * components,  whose forces follow each other; 0: the slip has one */

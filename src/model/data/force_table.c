@@ -77,6 +77,8 @@ bool kmp_force_has_components(const kmp_force *force)
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);
+    if (force->matrix)
+        return number == force->preload;
     if (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT)
         return number == &force->restitution ||
                (number == &force->touch.limit ? force->touch.motion >= 0 : number->value > 0);
@@ -84,7 +86,7 @@ bool kmp_force_has(const kmp_force *force, int field)
         return !(number == &force->speed && !force->has_speed) &&
                !(number == &force->regularise && !force->has_regularise) &&
                !(number == &force->level && force->effort) && number != &force->mu && number != &force->mu_static &&
-               number != &force->radius &&
+               number != &force->radius && number != &force->flank &&
                !(number == &force->holding && (!force->has_static || force->holding_effort));
     return !(number == &force->lower && !force->has_lower) && !(number == &force->upper && !force->has_upper);
 }

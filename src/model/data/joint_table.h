@@ -4,12 +4,19 @@
 
 #include "model/language/nearest.h"
 
+#include <stdbool.h>
+
 typedef struct kmp_joint_row {
     const char *name, *chain;
+    bool closure; /* it has no chain, and is cut at all times */
 } kmp_joint_row;
 
 extern const kmp_joint_row kmp_joint_rows[];
 extern const kmp_name_list kmp_joint_names;
+
+/** The kinds of joints that are closures at all times, and the row of one. */
+extern const kmp_name_list kmp_always_cut_names;
+const kmp_joint_row *kmp_always_cut_row(int kind);
 
 /** The number of motions of a chain. */
 int kmp_joint_motions(const kmp_joint_row *row);

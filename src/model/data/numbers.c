@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One visit to every number of a model: parameters, variants and sensitivities find their numbers by it. */
 #include "model/data/numbers.h"
+#include "model/data/bushing_matrix.h"
 #include "model/data/closure_table.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
@@ -24,7 +25,10 @@ static void visit(walk *w, const char *owner, const char *key, int count, const 
 {
     static const char *const xyz[] = {"x", "y", "z"};
     for (int k = 0; k < count && w->on; k++) {
-        const char *part = count == 1 ? NULL : count == 3 ? xyz[k] : kmp_inertia_names[k];
+        const char *part = count == 1   ? NULL
+                           : count == 3 ? xyz[k]
+                           : count == 6 ? kmp_inertia_names[k]
+                                        : kmp_bushing_entries[k];
         w->on = w->visit(w->user, &numbers[k], owner, key, part);
     }
 }
@@ -90,6 +94,9 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
         for (int i = 0; i < kmp_force_field_count; i++)
             if (kmp_force_fields[i].kind == force->kind)
                 visit(&w, force->name, kmp_force_fields[i].key, kmp_force_fields[i].size, kmp_force_get(force, i));
+        for (int i = 0; force->matrix && i < KMP_BUSHING_KINDS; i++)
+            if (force->matrix->given[i])
+                visit(&w, force->name, kmp_bushing_keys[i], KMP_BUSHING_SIZE * KMP_BUSHING_SIZE, force->matrix->of[i]);
     }
     for (int k = 0; k < model->wheel_count; k++)
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)

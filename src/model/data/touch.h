@@ -16,6 +16,7 @@ typedef struct kmp_touch_side {
     kmp_touch_shape shape;
     int point;
     int axis;                     /* 0, 1, 2 of the point's axes: of a cylinder; the outward normal of a plane */
+    bool against;                 /* PLANE: its outward normal is opposite to that axis */
     bool hollow;                  /* second side: the first one is inside it */
     const kmp_named_table *table; /* PROFILE */
 } kmp_touch_side;

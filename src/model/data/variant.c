@@ -4,6 +4,7 @@
 #include "model/data/variant.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/data/bushing_matrix.h"
 #include "model/data/closure_table.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
@@ -302,6 +303,9 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     m->bodies = COPY(v, m->bodies, m->body_count, 0);
     m->points = COPY(v, m->points, m->point_count, 0);
     m->forces = COPY(v, m->forces, m->force_count, 0);
+    for (int k = 0; m->forces && k < m->force_count; k++)
+        if (m->forces[k].matrix)
+            m->forces[k].matrix = COPY(v, m->forces[k].matrix, 1, 0);
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
@@ -370,6 +374,13 @@ static void check_force(const kmp_force *force, kmp_text *why)
             if (!kmp_field_fits(field->rule, x) && !why->length)
                 kmp_text_printf(why, "force '%s': %s is %.6g", force->name, field->key, x);
         }
+    }
+    for (int i = 0; force->matrix && i < KMP_BUSHING_KINDS; i++) {
+        const int entry = kmp_bushing_uneven(force->matrix, (kmp_bushing_kind)i);
+        if (entry >= 0 && !why->length)
+            kmp_text_printf(why, "force '%s': entries %s and %s of its %s differ, and it is not nonsymmetric",
+                            force->name, kmp_bushing_entries[entry], kmp_bushing_entries[kmp_bushing_opposite(entry)],
+                            kmp_bushing_keys[i]);
     }
     if (force->kind == KMP_FORCE_CYLINDER && force->rod.value >= force->bore.value && !why->length)
         kmp_text_printf(why, "force '%s': the rod, %.6g m, is not thinner than the bore, %.6g m", force->name,

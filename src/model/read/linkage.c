@@ -270,13 +270,28 @@ static void hang_by(kmp_linkage *g, int e, int *reached)
     arrive(g, body, depth_beyond(g, edge), reached);
 }
 
+static bool is_closure(const kmp_edge *edge)
+{
+    return edge->kind && edge->kind->closure;
+}
+
 /* A joint that is to be cut although only it connects further bodies, -1: none. */
 static int bridge(const kmp_linkage *g)
 {
     for (int e = 0; e < g->edge_count; e++)
-        if (g->edges[e].wish == KMP_CUT_YES && !g->edges[e].faulty && leads_on(g, &g->edges[e]))
+        if (g->edges[e].wish == KMP_CUT_YES && !is_closure(&g->edges[e]) && !g->edges[e].faulty &&
+            leads_on(g, &g->edges[e]))
             return e;
     return -1;
+}
+
+/* The kind of a joint without coordinates at a body; NULL: there is none. */
+static const char *closure_at(const kmp_linkage *g, int body)
+{
+    for (int e = 0; e < g->edge_count; e++)
+        if (is_closure(&g->edges[e]) && (g->edges[e].body[0] == body || g->edges[e].body[1] == body))
+            return g->edges[e].kind->name;
+    return NULL;
 }
 
 /* The bodies that are joined to `body` and not to the ground, which count as reached from now on. */
@@ -301,6 +316,12 @@ static void complain_lost(kmp_reader *r, kmp_linkage *g, int body, int *reached)
     if (!named)
         kmp_reader_complain(r, g->body_maps[body]->place,
                             "body '%s' has no key 'joint', and no joint of 'joints' connects it", g->body_names[body]);
+    else if (closure_at(g, body))
+        kmp_reader_complain(
+            r, g->body_keys[body]->place,
+            "body '%s' is not connected: a %s has no coordinates; give the body a joint, such as joint: "
+            "{free: x, at: ground}",
+            g->body_names[body], closure_at(g, body));
     else
         kmp_reader_complain(r, g->body_keys[body]->place,
                             "body '%s' is not connected: no chain of joints connects %s to the ground",
@@ -374,7 +395,7 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
     const char *names[RELATIONS] = {NULL};
     kmp_text text = {0};
     if (cut->wish == KMP_CUT_YES)
-        return "the model prescribes it (cut: yes)";
+        return cut->kind->closure ? "it has no coordinates" : "the model prescribes it (cut: yes)";
     if (cut->requested)
         return kmp_reader_say(r, "%s needs its reaction", cut->requested);
     if (cut->last)

@@ -42,8 +42,9 @@ static const struct {
 } takes[] = {
 #define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, KMP_CLOSURE_##kind, 0},
 #include "model/data/closure_numbers.def"
-    {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS},
-    {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES},
+    {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_SHAFTS},
+    {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES | 1u << KMP_NEEDS_SHAFTS},
+    {"plunging", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SHAFTS},
     {"table", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
     {"y", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
     {"z", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
@@ -219,6 +220,16 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
             kmp_read_axis(r, axes->items[k], what, closure->axis[k]);
 }
 
+/* A joint of constant velocity whose points move apart: along the first shaft, or freely. */
+static void read_plunging(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
+{
+    static const char *const words[] = {"yes", "free"};
+    const kmp_yaml *node = kmp_yaml_get(map, "plunging");
+    const int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "plunging is", " or ") : -1;
+    if (word >= 0)
+        closure->kind = word == 0 ? KMP_CLOSURE_constant_velocity_plunging : KMP_CLOSURE_constant_velocity_free;
+}
+
 static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     if (!kmp_read_map(r, map, what, closure_keys))
@@ -238,8 +249,11 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
         return;
     }
     kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
-    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES)
+    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES ||
+        row->needs == KMP_NEEDS_SHAFTS)
         read_closure_axes(r, map, what, closure);
+    if (row->needs == KMP_NEEDS_SHAFTS)
+        read_plunging(r, map, what, closure);
     if (row->needs == KMP_NEEDS_NUMBER)
         read_number(r, map, what, closure);
     if (row->needs == KMP_NEEDS_CURVE)

@@ -100,11 +100,13 @@ static void read_gap(const reading *c)
 
 /* -- sides --------------------------------------------------------------------------------------------------- */
 
-static int read_letter(const reading *c, const kmp_yaml *map, const char *key)
+/* The key `axis`, or `normal`, which may have a sign: 3, 4 and 5 are opposite to x, y and z. */
+static int read_letter(const reading *c, const kmp_yaml *map, bool normal)
 {
-    static const char *const letters[] = {"x", "y", "z"};
+    static const char *const letters[] = {"x", "y", "z", "-x", "-y", "-z"};
+    const char *key = normal ? "normal" : "axis";
     const kmp_yaml *node = kmp_yaml_get(map, key);
-    int found = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(letters),
+    int found = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES(letters, normal ? 6 : 3),
                                        kmp_reader_say(c->r, "the %s is", key), " or ")
                      : 2;
     return found < 0 ? 2 : found;
@@ -142,7 +144,9 @@ static bool read_second(const reading *c, const kmp_yaml *map)
                   : kind == 2 ? KMP_TOUCH_CYLINDER
                               : KMP_TOUCH_PROFILE;
     side->hollow = inside != NULL;
-    side->axis = read_letter(c, map, kind == 0 ? "normal" : "axis");
+    const int letter = read_letter(c, map, kind == 0);
+    side->axis = letter % 3;
+    side->against = letter >= 3;
     if (kind == 3) {
         const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
@@ -255,7 +259,7 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
     else
         refuse_key(&c, c.map, "radius", firsts[kind]);
     if (rolls)
-        side->axis = read_letter(&c, c.map, "axis");
+        side->axis = read_letter(&c, c.map, false);
     else
         refuse_key(&c, c.map, "axis", firsts[kind]);
     bool good = side->point >= 0;

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements: the rows of force_kinds.def. */
 #include "model/read/read_forces.h"
+#include "base/context.h"
+#include "linalg/dense/lapack.h"
+#include "model/data/bushing_matrix.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
@@ -8,11 +11,15 @@
 #include "model/read/read_contacts.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_states.h"
+#include "model/read/read_thread.h"
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>
+
+/* An eigenvalue below this part of the largest one, or of the diagonal, is rounding of zero. */
+#define INDEFINITE 1e-12
 
 static const kmp_key force_keys[] = {
 #include "model/keys/force_keys.def"
@@ -152,7 +159,8 @@ static const kmp_expr *read_levels(const level_reading *x, const kmp_yaml *node)
 /* Reads the level of a friction force if it is an expression. false: the level is a number, which the caller reads. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
-    static const char *const by_reaction[] = {"mu", "mu_static", "radius"}, *const speeds[] = {"speed", "regularise"};
+    static const char *const by_reaction[] = {"mu", "mu_static", "radius", "flank"}, *const speeds[] = {"speed",
+                                                                                                        "regularise"};
     bool level = strcmp(field->key, "effort") == 0;
     if (e->force->kind != KMP_FORCE_FRICTION || kmp_name_find(KMP_NAMES_OF(speeds), field->key) >= 0)
         return false;
@@ -228,7 +236,7 @@ static void read_by_reaction(const element *e, const kmp_yaml *map, const char *
 /* The level of friction, by its own key or by a reaction. */
 static void read_level(const element *e, const kmp_yaml *map, const char *what)
 {
-    static const char *const others[] = {"mu_static", "radius", "reaction"};
+    static const char *const others[] = {"mu_static", "radius", "flank", "reaction"};
     kmp_reader *r = e->r;
     const char *own = kmp_force_key(r->model, e->force, "effort");
     e->force->has_static = kmp_yaml_get(map, "static");
@@ -238,7 +246,12 @@ static void read_level(const element *e, const kmp_yaml *map, const char *what)
     }
     if (kmp_yaml_get(map, "mu") && e->force->has_static)
         kmp_reader_complain(r, map->place, "%s: the static level of friction with mu is given by mu_static", what);
-    if (kmp_yaml_get(map, "mu"))
+    const kmp_yaml *flank = kmp_yaml_get(map, "flank");
+    if (kmp_is_thread(r->model, e->force, map))
+        kmp_read_thread(r, map, what, e->force);
+    else if (kmp_yaml_get(map, "mu") && flank)
+        kmp_reader_complain(r, flank->place, "%s: a flank is for the thread of a screw, on its own rotation", what);
+    else if (kmp_yaml_get(map, "mu"))
         read_by_reaction(e, map, what);
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (!kmp_yaml_get(map, "mu") && kmp_yaml_get(map, others[k]))
@@ -453,6 +466,104 @@ static bool read_rope(const element *e, const kmp_yaml *list)
     return true;
 }
 
+/* Length to this power in the dimension of an entry, times a force: N/m, N or N m per m or rad. */
+static int length_power(int entry)
+{
+    return entry / KMP_BUSHING_SIZE / 3 + entry % KMP_BUSHING_SIZE / 3 - 1;
+}
+
+/* Six rows of six numbers. */
+static bool read_square(const element *e, const kmp_yaml *node, kmp_bushing_kind kind, kmp_number *to)
+{
+    const char *what = kmp_reader_say(e->r, "the %s of %s", kmp_bushing_keys[kind], e->what);
+    bool good = kmp_read_list(e->r, node, what, KMP_BUSHING_SIZE);
+    for (int i = 0; good && i < KMP_BUSHING_SIZE; i++)
+        good = kmp_read_list(e->r, node->items[i], kmp_reader_say(e->r, "row %d of %s", i + 1, what), KMP_BUSHING_SIZE);
+    for (int k = 0, all = good ? KMP_BUSHING_SIZE * KMP_BUSHING_SIZE : 0; k < all; k++) {
+        const char *of = kmp_reader_say(e->r, "entry %s of %s", kmp_bushing_entries[k], what);
+        kmp_dimension unit = kmp_dimension_times(KMP_DIM_FORCE, KMP_DIM_LENGTH, length_power(k));
+        unit = kmp_dimension_times(unit, KMP_DIM_TIME, kind == KMP_BUSHING_DAMPING);
+        good =
+            kmp_read_number(e->r, node->items[k / KMP_BUSHING_SIZE]->items[k % KMP_BUSHING_SIZE], of, unit, &to[k]) &&
+            good;
+    }
+    return good;
+}
+
+/* The least eigenvalue of the symmetric part, in SI units. To decide on its sign each
+ * direction has the unit in which its own entry is one, so that newtons and newton metres have the same weight. */
+static bool is_indefinite(const kmp_number *of, double *least)
+{
+    enum { N = KMP_BUSHING_SIZE };
+    double scaled[N * N], plain[N * N], value[N];
+    for (int k = 0; k < N * N; k++) {
+        const double a = fabs(of[k / N * (N + 1)].value), b = fabs(of[k % N * (N + 1)].value);
+        plain[k] = (of[k].value + of[kmp_bushing_opposite(k)].value) / 2;
+        scaled[k] = plain[k] / sqrt((a > 0 ? a : 1) * (b > 0 ? b : 1));
+    }
+    if (kmp_symmetric_eigen(N, scaled, value) != 0)
+        return false;
+    const bool indefinite = value[0] < -INDEFINITE * fmax(1, value[N - 1]);
+    *least = kmp_symmetric_eigen(N, plain, value) == 0 ? value[0] : NAN;
+    return indefinite;
+}
+
+static void check_matrix(const element *e, const kmp_yaml *node, kmp_bushing_kind kind)
+{
+    const kmp_bushing_matrix *matrix = e->force->matrix;
+    const char *key = kmp_bushing_keys[kind];
+    const kmp_number *of = matrix->of[kind];
+    const int uneven = kmp_bushing_uneven(matrix, kind), opposite = uneven < 0 ? -1 : kmp_bushing_opposite(uneven);
+    double least;
+    if (uneven >= 0)
+        kmp_reader_complain(
+            e->r, node->items[opposite / KMP_BUSHING_SIZE]->items[opposite % KMP_BUSHING_SIZE]->place,
+            "the %s of %s is not symmetric: entry %s is %.6g, and entry %s is %.6g; make them equal, or "
+            "say 'nonsymmetric: yes'",
+            key, e->what, kmp_bushing_entries[uneven], of[uneven].value, kmp_bushing_entries[opposite],
+            of[opposite].value);
+    else if (!matrix->nonsymmetric && is_indefinite(of, &least))
+        kmp_log(e->r->context, KEMPE_LOG_WARNING,
+                "%s:%d:%d: the %s of %s is not positive semidefinite: its least eigenvalue is %.6g in SI units, %s",
+                e->r->model->source.files[node->place.file], node->place.line, node->place.column, key, e->what, least,
+                kind == KMP_BUSHING_STIFFNESS ? "a direction in which it pushes away from the centre"
+                                              : "a motion to which it gives energy");
+}
+
+/* Matrices of a bushing, in place of its other numbers. */
+static void read_matrices(const element *e)
+{
+    static const char *const others[] = {"stiffness", "damping", "rotational_stiffness", "rotational_damping"};
+    const kmp_yaml *nonsymmetric = kmp_yaml_get(e->map, "nonsymmetric");
+    const kmp_yaml *nodes[KMP_BUSHING_KINDS];
+    bool any = false;
+    int other;
+    for (int k = 0; k < KMP_BUSHING_KINDS; k++) {
+        nodes[k] = kmp_yaml_get(e->map, kmp_bushing_keys[k]);
+        any = any || nodes[k];
+    }
+    if (nonsymmetric && (!any || strcmp(nonsymmetric->text, "yes") != 0))
+        kmp_reader_complain(e->r, nonsymmetric->place,
+                            any ? "%s: nonsymmetric is 'yes' or absent" : "%s: nonsymmetric belongs to a 'matrix'",
+                            e->what);
+    if (!any)
+        return;
+    if (kmp_count_keys(e->map, KMP_NAMES_OF(others), &other) > 0)
+        kmp_reader_complain(e->r, kmp_yaml_get(e->map, others[other])->place,
+                            "%s: '%s' and a matrix exclude each other: write it on the diagonal", e->what,
+                            others[other]);
+    kmp_bushing_matrix *matrix = KMP_ARENA_NEW(&e->r->model->arena, kmp_bushing_matrix, 1);
+    if (!matrix)
+        return;
+    e->force->matrix = matrix;
+    matrix->nonsymmetric = nonsymmetric != NULL;
+    for (int k = 0; k < KMP_BUSHING_KINDS; k++) {
+        matrix->given[k] = nodes[k] != NULL;
+        if (nodes[k] && read_square(e, nodes[k], (kmp_bushing_kind)k, matrix->of[k]))
+            check_matrix(e, nodes[k], (kmp_bushing_kind)k);
+    }
+}
+
 static void read_between(element *e, const char *place)
 {
     kmp_force *force = e->force;
@@ -460,6 +571,8 @@ static void read_between(element *e, const char *place)
     bool rope = e->force->kind == KMP_FORCE_LINE && list->kind == KMP_YAML_LIST && list->count > 2;
     bool good = rope ? read_rope(e, list) : kmp_read_two_points(e->r, list, e->what, e->force->point);
     read_fields(e, e->map, e->what);
+    if (force->kind == KMP_FORCE_BUSHING)
+        read_matrices(e);
     if (force->kind == KMP_FORCE_TORSION) {
         static const char *const axes[] = {"x", "y", "z"};
         const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
@@ -498,7 +611,10 @@ static void refuse_others(const element *e, const char *place)
         if (row->word && strcmp(row->word, "effort") == 0)
             good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
         good = good || (e->force->kind == KMP_FORCE_TORSION && strcmp(key->text, "axis") == 0) ||
-               (e->force->kind == KMP_FORCE_CYLINDER && strcmp(key->text, "rod_pressure") == 0);
+               (e->force->kind == KMP_FORCE_CYLINDER && strcmp(key->text, "rod_pressure") == 0) ||
+               (e->force->kind == KMP_FORCE_BUSHING &&
+                (strcmp(key->text, "nonsymmetric") == 0 || strcmp(key->text, kmp_bushing_keys[0]) == 0 ||
+                 strcmp(key->text, kmp_bushing_keys[1]) == 0));
         for (int k = 0; strcmp(place, "joint") != 0 && k < kmp_force_field_count; k++)
             good =
                 good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);

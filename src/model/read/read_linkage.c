@@ -18,6 +18,10 @@ static const kmp_key edge_keys[] = {
 #define KMP_JOINT(name, chain) {#name, "", ""},
 #include "model/data/joints.def"
 #undef KMP_JOINT
+#define KMP_CUT(...)
+#define KMP_ALWAYS_CUT(joint, ...) {#joint, "", ""},
+#include "model/data/cuts.def"
+#undef KMP_CUT
 #define KMP_COUPLING_NUMBER(kind, joint_key, unit, ...) {#joint_key, unit, ""},
 #include "model/data/closure_numbers.def"
 #include "model/keys/edge_keys.def"
@@ -181,7 +185,10 @@ static void check_name(kmp_reader *r, kmp_linkage *g, const kmp_edge *edge)
 static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *what)
 {
     const kmp_yaml *axis = kmp_yaml_get(edge->map, "axis"), *axes = kmp_yaml_get(edge->map, "axes");
+    const kmp_yaml *plunging = kmp_yaml_get(edge->map, "plunging");
     const char *chain = edge->kind->chain;
+    if (plunging)
+        kmp_reader_complain(r, plunging->place, "%s: a %s has no plunging", what, edge->kind->name);
     if (axis && axes)
         kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
     else if (axis && !chain[0])
@@ -193,6 +200,33 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
     else if (axes)
         kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
     kmp_check_joint_keys(r, edge->kind, edge->map, what);
+}
+
+/* The kind of a joint that is a closure at all times; false: it is of another kind, or there is an error. */
+static bool take_closure(kmp_reader *r, kmp_edge *edge, const char *what)
+{
+    static const char *const keys[] = {"axis", "axes", "plunging", "cut"};
+    const kmp_yaml *map = edge->map;
+    int kind, other;
+    if (kmp_count_keys(map, kmp_always_cut_names, &kind) == 0)
+        return false;
+    if (kmp_count_keys(map, kmp_joint_names, &other) > 0)
+        kmp_reader_complain(r, map->place, "%s: it is either a %s or a %s", what, kmp_always_cut_row(kind)->name,
+                            kmp_joint_rows[other].name);
+    edge->kind = kmp_always_cut_row(kind);
+    edge->cut = kmp_cut_row_of(edge->kind->name);
+    if (edge->wish == KMP_CUT_NO)
+        kmp_reader_complain(r, kmp_yaml_get(map, "cut")->place, "%s: a %s has no coordinates, and is cut at all times",
+                            what, edge->kind->name);
+    edge->wish = KMP_CUT_YES;
+    for (int k = 0; k < map->count; k++)
+        if (kmp_name_find(KMP_NAMES_OF(keys), map->keys[k]->text) < 0 &&
+            strcmp(map->keys[k]->text, edge->kind->name) != 0 &&
+            kmp_name_find(KMP_NAMES(edge_keys, (int)(sizeof edge_keys / sizeof *edge_keys) - 1), map->keys[k]->text) >=
+                0)
+            kmp_reader_complain(r, map->items[k]->place, "%s: a %s has no %s", what, edge->kind->name,
+                                map->keys[k]->text);
+    return true;
 }
 
 static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
@@ -211,8 +245,10 @@ static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const 
         kmp_read_map(r, map, what, edge_keys);
         read_wish(r, edge, what);
     }
-    if (good && read_kind(r, edge, what)) {
-        check_edge_keys(r, edge, what);
+    bool closure = good && take_closure(r, edge, what);
+    if (good && (closure || read_kind(r, edge, what))) {
+        if (!closure)
+            check_edge_keys(r, edge, what);
         edge->faulty = !read_ends(r, g, edge, what);
     }
     g->broken = g->broken || edge->faulty;
@@ -302,8 +338,14 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
         return;
     model->cut_count++;
     kmp_yaml *closure = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, edge->map->place);
-    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes");
+    const kmp_yaml *axes = kmp_yaml_get(edge->map, "axes"), *plunging = kmp_yaml_get(edge->map, "plunging");
     put(r, closure, edge->cut->closure, kmp_yaml_get(edge->map, edge->kind->name));
+    if (edge->kind->closure) {
+        put(r, closure, "axis", kmp_yaml_get(edge->map, "axis"));
+        put(r, closure, "axes", axes);
+        put(r, closure, "plunging", plunging);
+        cut->rows -= !plunging ? 0 : strcmp(plunging->text, "free") == 0 ? 3 : 1;
+    }
     if (edge->cut->axes == KMP_CUT_BOTH)
         put(r, closure, "axes", both_axes(r, edge));
     if (edge->cut->axes == KMP_CUT_SAME)

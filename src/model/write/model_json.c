@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "base/wings.h"
 #include "model/data/body.h"
+#include "model/data/bushing_matrix.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
@@ -336,6 +337,18 @@ static void put_closures(kmp_json *json, const kempe_model *model)
 
 /* -- forces and sensors -------------------------------------------------------------------------- */
 
+static void put_square(kmp_json *json, const char *key, const kmp_number *of)
+{
+    kmp_json_array(json, key);
+    for (int i = 0; i < KMP_BUSHING_SIZE; i++) {
+        double row[KMP_BUSHING_SIZE];
+        for (int j = 0; j < KMP_BUSHING_SIZE; j++)
+            row[j] = of[KMP_BUSHING_SIZE * i + j].value;
+        kmp_json_numbers(json, NULL, KMP_BUSHING_SIZE, row);
+    }
+    kmp_json_end(json);
+}
+
 void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     for (int k = 0; k < kmp_force_field_count; k++) {
@@ -348,6 +361,11 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
         else
             put_vector(json, key, kmp_force_get(force, k));
     }
+    for (int k = 0; force->matrix && k < KMP_BUSHING_KINDS; k++)
+        if (force->matrix->given[k])
+            put_square(json, kmp_bushing_keys[k], force->matrix->of[k]);
+    if (force->matrix && force->matrix->nonsymmetric)
+        kmp_json_string(json, "nonsymmetric", "yes");
 }
 
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)

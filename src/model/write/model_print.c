@@ -86,6 +86,13 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
 
 static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile"};
 
+/* Of a plane with the sign of its normal. */
+static const char *axis_of(const kmp_touch_side *side)
+{
+    static const char *const opposite[3] = {"-x", "-y", "-z"};
+    return side->against ? opposite[side->axis] : kmp_axis_names[side->axis];
+}
+
 static void show_side(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair, int k)
 {
     const kmp_touch_side *side = &pair->side[k];
@@ -95,7 +102,7 @@ static void show_side(kmp_text *text, const kempe_model *model, const kmp_contac
         kmp_text_printf(text, "%s at ", side->table->name);
     kmp_model_put_point(text, model, side->point);
     if (side->shape == KMP_TOUCH_CYLINDER || side->shape == KMP_TOUCH_PLANE)
-        kmp_text_printf(text, " %s", kmp_axis_names[side->axis]);
+        kmp_text_printf(text, " %s", axis_of(side));
 }
 
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair)
@@ -117,7 +124,7 @@ static void json_side(kmp_json *json, const kempe_model *model, const kmp_contac
     const kmp_touch_side *side = &pair->side[k];
     kmp_json_string(json, k ? "on" : "shape", shapes[side->shape]);
     kmp_model_json_point(json, k ? "on_point" : "point", model, side->point);
-    kmp_json_string(json, k ? "on_axis" : "axis", kmp_axis_names[side->axis]);
+    kmp_json_string(json, k ? "on_axis" : "axis", axis_of(side));
     if (side->hollow)
         kmp_json_string(json, "inside", "yes");
     if (side->table)

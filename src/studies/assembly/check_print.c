@@ -456,6 +456,68 @@ static void put_shaped(kmp_text *text, const kempe_check *check, int k)
     put_mass(text, check, shaped(check, k));
 }
 
+/* -- threads ------------------------------------------------------------------------------------------ */
+
+/* The k-th friction in a thread whose load turns it, or does not; the model as it was given has the forces. */
+static const kmp_force *threaded(const kempe_check *check, int k, bool locks)
+{
+    const kempe_model *model = check->given->model;
+    for (int f = 0; f < model->force_count; f++) {
+        const kmp_force *force = &model->forces[f];
+        if (force->thread && (force->friction_angle >= force->lead_angle) == locks && k-- == 0)
+            return force;
+    }
+    return NULL;
+}
+
+static void put_thread(kmp_text *text, const kempe_check *check, const kmp_force *force)
+{
+    const double degrees = 90 / acos(0);
+    const char *joint = check->given->model->motions[force->motion].name;
+    kmp_text_printf(text, "'%s' on '%s': lead angle %.4g deg, ", force->name, joint, force->lead_angle * degrees);
+    if (isnan(force->friction_angle))
+        kmp_text_put(text, "an angle of friction that varies");
+    else
+        kmp_text_printf(text, "angle of friction %.4g deg", force->friction_angle * degrees);
+}
+
+static void put_locking(kmp_text *text, const kempe_check *check, int k)
+{
+    put_thread(text, check, threaded(check, k, true));
+}
+
+static void put_running(kmp_text *text, const kempe_check *check, int k)
+{
+    put_thread(text, check, threaded(check, k, false));
+}
+
+static void show_threads(kmp_text *text, const kempe_check *check)
+{
+    for (int locks = 1; locks >= 0; locks--) {
+        int count = 0;
+        while (threaded(check, count, locks))
+            count++;
+        list(text, check, locks ? "self-locking" : "not self-locking", "", count, locks ? put_locking : put_running);
+    }
+}
+
+static void json_threads(kmp_json *json, const kempe_check *check)
+{
+    const kempe_model *model = check->given->model;
+    if (!threaded(check, 0, true) && !threaded(check, 0, false))
+        return;
+    kmp_json_array(json, "threads");
+    for (int f = 0; f < model->force_count; f++) {
+        const kmp_force *force = &model->forces[f];
+        if (!force->thread)
+            continue;
+        kmp_json_put(json, "{ friction %s coordinate %s", force->name, model->motions[force->motion].name);
+        kmp_json_put(json, "lead_angle %g friction_angle %g self_locking %i }", force->lead_angle,
+                     force->friction_angle, force->friction_angle >= force->lead_angle);
+    }
+    kmp_json_end(json);
+}
+
 /* -- flexible bodies --------------------------------------------------------------------------------- */
 
 static void put_frequencies(kmp_text *text, int count, const double *w)
@@ -858,6 +920,7 @@ static bool show_begin(kmp_text *text, const kempe_check *check, item *cut)
     show_flexible(text, check);
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
+    show_threads(text, check);
     if (!check->assembled) {
         const kmp_shown gap = kmp_shown_as(check->system->context, "m");
         if (check->assembly->turned)
@@ -1079,6 +1142,7 @@ static void show_json(kmp_text *text, const void *result)
     if (count > 0)
         kmp_json_end(&j);
     json_flexible(&j, check);
+    json_threads(&j, check);
     kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);
 }
