@@ -234,7 +234,8 @@ def wheel():
 
 def run():
     return keyed("run", algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
-                 change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]})
+                 change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]},
+                 reaction_peaks={"enum": [word for _, word in rows("reaction_peaks.def", "KMP_REACTION_PEAKS")]})
 
 
 def start():

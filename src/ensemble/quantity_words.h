@@ -2,7 +2,7 @@
 /* Quantities of a run as users write them, and limits on them (docs/ensemble.md). */
 #pragma once
 
-#include "ensemble/quantities/run_quantities.h"
+#include "output/quantities/run_quantities.h"
 #include "model/data/variant.h"
 
 /** A limit on a value: it passes where sign (value - bound) < 0, or is 0 where `or_equal`. */

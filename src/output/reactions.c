@@ -175,9 +175,24 @@ KMP_CLEARS(kmp_reactions, reactions, kmp_arena_free(&reactions->arena))
 
 /* -- rows ----------------------------------------------------------------------------------------------- */
 
+static const double *load_of(const kmp_reaction *of, int k, const double *loads)
+{
+    return loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k);
+}
+
+static double size_of(bool effort, const double *x)
+{
+    return effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+double kmp_reaction_size(const kmp_reaction *of, int k, const double *loads)
+{
+    return size_of(of->effort, load_of(of, k, loads));
+}
+
 static void take(kmp_reaction_peak *peak, double t, bool effort, const double *x)
 {
-    const double size = effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    const double size = size_of(effort, x);
     if (!isfinite(size) || size <= peak->size * (1 + KMP_PRINT_NOISE))
         return;
     *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, effort ? NAN : x[1] + 0.0, effort ? NAN : x[2] + 0.0}};
@@ -189,11 +204,24 @@ void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
     if (r->kept)
         memcpy(r->kept + (ptrdiff_t)r->loads * r->rows, loads, (size_t)r->loads * sizeof *loads);
     r->rows++;
+    kmp_reactions_meet(r, t, loads);
+}
+
+void kmp_reactions_meet(kmp_reactions *r, double t, const double *loads)
+{
     for (kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; of->place >= 0 && k < 2; k++)
             if (of->has[k])
-                take(&of->peak[k], t, of->effort,
-                     loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k));
+                take(&of->peak[k], t, of->effort, load_of(of, k, loads));
+}
+
+void kmp_reactions_take_whole(kmp_reactions *r, const kmp_reactions *whole)
+{
+    r->whole = whole->whole;
+    r->from = whole->from;
+    r->until = whole->until;
+    for (int i = 0; r->whole && i < r->count; i++)
+        memcpy(r->of[i].peak, whole->of[i].peak, sizeof r->of[i].peak);
 }
 
 kempe_status kmp_reactions_keep(kmp_reactions *r, int rows)
@@ -216,9 +244,8 @@ kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared
     return kmp_made(r->system->context, r->not_unique);
 }
 
-/* Shares the loads of a row by least norm, if that is requested and possible; otherwise keeps the reason. */
-static kempe_status share(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads, const kmp_instant *at,
-                          double *values)
+kempe_status kmp_reactions_share(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads,
+                                 const kmp_instant *at, double *values)
 {
     const kempe_status status =
         r->least_norm ? kmp_least_norm_loads(eval, at->t, at->q, loads->joints, loads->joint, values) : KEMPE_OK;
@@ -244,7 +271,7 @@ static kempe_status take_rows(kmp_reactions *r, kmp_evaluator *eval, kmp_all_loa
                                 .lambda = kmp_samples_get(rows, KMP_QUANTITY_LAMBDA, row),
                                 .inputs = &inputs};
         memcpy(values, kmp_all_loads_at(loads, &at), (size_t)r->loads * sizeof *values);
-        KMP_TRY(share(r, eval, loads, &at, values));
+        KMP_TRY(kmp_reactions_share(r, eval, loads, &at, values));
         kmp_reactions_add(r, at.t, values);
     }
     return KEMPE_OK;
@@ -482,6 +509,14 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
     kmp_text_free_part(text, &line);
 }
 
+static bool has_impacts(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->force_count; k++)
+        any = any || model->forces[k].kind == KMP_FORCE_TOUCH;
+    return any;
+}
+
 void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *others)
 {
     joint_lines t = {.r = r};
@@ -497,12 +532,16 @@ void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *othe
     find_width(&t);
     find_noise(&t);
     kmp_text_put(text, "\njoint reactions, on the second body, in ground axes");
-    if (r->rows > 1)
+    const bool vectors = r->rows == 1 && !r->whole;
+    if (r->whole)
+        kmp_text_printf(text, ": the largest of the motion from %.6g to %.6g s%s", r->from, r->until,
+                        has_impacts(r->system->model) ? ", without impacts" : "");
+    else if (r->rows > 1)
         kmp_text_printf(text, ": the largest of %d rows", r->rows);
     kmp_text_put(text, "\n");
-    if (shown > 0 && r->rows > 1)
+    if (shown > 0 && !vectors)
         show_peaks(text, &t);
-    for (int k = 0; shown > 0 && r->rows == 1 && k < 2; k++)
+    for (int k = 0; shown > 0 && vectors && k < 2; k++)
         show_vectors(text, &t, k);
     if (known > shown)
         kmp_text_printf(text, "  and %d smaller ones: %s\n", known - shown, others);
@@ -527,6 +566,9 @@ static void json_peak(kmp_json *json, const char *key, const kmp_reaction *of, i
 
 void kmp_reactions_json(kmp_json *json, const kmp_reactions *r)
 {
+    if (r->whole)
+        kmp_json_put(json, "reaction_peaks { of %s from %g until %g }",
+                     kmp_reaction_peaks_word(KMP_REACTION_PEAKS_MOTION), r->from, r->until);
     kmp_json_array(json, "reactions");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
         kmp_json_put(json, "{ joint %s kind %s", of->name, of->kind);

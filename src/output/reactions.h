@@ -31,6 +31,8 @@ typedef struct kmp_reactions {
     bool unexamined;        /* which of them are unique, because that takes too long */
     bool least_norm;        /* of the reactions that are not unique */
     const char *instead;    /* why they belong to one solution, although the loads of least norm were requested; NULL */
+    bool whole;             /* the largest ones are of the motion from `from` to `until`, not only of rows */
+    double from, until;
     double *last;           /* the loads of the last row */
     double *kept;           /* of all rows, `loads` each; NULL: they are not kept */
     const char *not_unique; /* "A: z, mx; C: mx"; "": all are unique */
@@ -44,6 +46,20 @@ void kmp_reactions_free(kmp_reactions *reactions);
 
 /** Takes the loads of a row, as kmp_all_loads_at gives them. */
 void kmp_reactions_add(kmp_reactions *reactions, double t, const double *loads);
+
+/** The size of the force (k = 0) or the moment (k = 1) of a joint with a known place, in the loads of an instant. */
+double kmp_reaction_size(const kmp_reaction *of, int k, const double *loads);
+
+/** Takes the loads of an instant between rows. */
+void kmp_reactions_meet(kmp_reactions *reactions, double t, const double *loads);
+
+/** Shares loads of an instant, KMP_LOAD_VALUES of each closure and joint, by least norm if that is requested and
+ * possible; otherwise keeps the reason. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_share(kmp_reactions *reactions, kmp_evaluator *eval, const kmp_all_loads *loads,
+                                 const kmp_instant *at, double *values);
+
+/** The largest ones of the whole motion between two times take the place of the ones of rows. */
+void kmp_reactions_take_whole(kmp_reactions *reactions, const kmp_reactions *whole);
 
 /** Marks what redundant constraints share. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads *shared);

@@ -11,7 +11,7 @@
  * from its start where lanes do not support the mechanism: other integrators, large systems. */
 #pragma once
 
-#include "ensemble/quantities/run_quantities.h"
+#include "output/quantities/run_quantities.h"
 #include "integrators/run/run.h"
 
 typedef struct kmp_ensemble kmp_ensemble;

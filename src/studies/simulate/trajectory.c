@@ -20,6 +20,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "studies/simulate/flexible_doubts.h"
+#include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
 #include <kempe/check.h>
@@ -450,10 +451,23 @@ void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run)
     run->integrator = spec->integrator;
 }
 
+static kempe_status read_peaks(kmp_simulation *j)
+{
+    kmp_text complaint = {0};
+    const char *word = j->run->reaction_peaks;
+    const kmp_reaction_peaks where =
+        word ? kmp_reaction_peaks_find(word, &complaint) : j->system->model->run.reaction_peaks;
+    j->watches = where == KMP_REACTION_PEAKS_MOTION;
+    if (where == KMP_REACTION_PEAKS_COUNT)
+        return kmp_fail_text(j->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
+}
+
 static kempe_status read_options(kmp_simulation *j)
 {
     KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
     KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
+    KMP_TRY(read_peaks(j));
     double every;
     if (!(j->spec.t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
@@ -531,7 +545,8 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
 }
 
 KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(trajectory->report.reason),
-          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording), kmp_run_log_free(&trajectory->log),
+          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording), kmp_reaction_watch_free(trajectory->watch),
+          kmp_run_log_free(&trajectory->log),
           kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
 
 /* -- run --------------------------------------------------------------------------------------------- */
@@ -765,11 +780,12 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return written != KEMPE_OK;
 }
 
-static int count_step(void *user, kmp_runner *runner, double from, double to)
+static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
-    (void)runner;
-    kmp_step_counts_add(user, from, to);
-    return 0;
+    kmp_simulation *j = user;
+    if (j->counts.steps)
+        kmp_step_counts_add(&j->counts, from, to);
+    return j->trajectory->watch && !kmp_reaction_watch_step(j->trajectory->watch, runner, from, to);
 }
 
 static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
@@ -780,10 +796,12 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
         rows > 0) {
         j->counts =
             (kmp_step_counts){.rows = rows, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, rows)};
-        j->spec.step = count_step;
-        j->spec.user = &j->counts;
         KMP_TRY(kmp_made(j->context, j->counts.steps));
     }
+    if (j->watches)
+        KMP_TRY(kmp_reaction_watch_new(j->system, j->spec.rtol, j->least_norm, &t->watch));
+    j->spec.step = j->counts.steps || t->watch ? take_step : NULL;
+    j->spec.user = j;
     sink s = {t, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);

@@ -58,6 +58,7 @@ typedef struct kmp_simulation {
     void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
     bool least_norm;              /* loads that redundant constraints share */
+    bool watches;                 /* the largest reactions are of the motion */
     kempe_trajectory *trajectory; /* the result; NULL: there is none yet */
 } kmp_simulation;
 
@@ -84,6 +85,7 @@ struct kempe_trajectory {
     bool interrupted;         /* by the user */
     kmp_recording *recording; /* NULL: none is kept */
     void *judged;             /* by kmp_run_judge_find(); NULL: not */
+    struct kmp_reaction_watch *watch; /* of the largest reactions of the motion; NULL: they are of the rows */
     double *at;               /* 3 n + m: a row between the rows of the table */
 };
 

@@ -12,6 +12,7 @@
 #include "output/reactions.h"
 #include "output/result_table.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
@@ -145,7 +146,10 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
 
 static bool reactions_of(const kempe_trajectory *t, kmp_reactions *reactions)
 {
-    return kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
+    const bool good = kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
+    if (good && t->watch)
+        kmp_reactions_take_whole(reactions, kmp_reaction_watch_found(t->watch));
+    return good;
 }
 
 static void show_reactions(kmp_text *text, const kempe_trajectory *t, bool all)
