@@ -92,7 +92,7 @@ def number_lines(macro):
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
             "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "drives": "drives.md",
-            "forces": "forces.md", "contacts": "contacts.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
+            "forces": "forces.md", "contacts": "contacts.md", "bearings": "bearings.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 
 

@@ -113,7 +113,7 @@ VALUES = {  # the words of the tables of keys
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
     "surface": ref("surface"), "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
     "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
-    "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
+    "`1` or `2`": {"enum": [1, 2, "1", "2"]}, "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
     "number or two": {"anyOf": [NUMBER, {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}]},
     "flexible": ref("flexible"), "beam": ref("beam"), "section": ref("section"), "taper": {"anyOf": [ref("section"), ref("taper")]}, "stations of a taper": dict(NUMBERS, minItems=2),
     "sections of a taper": {"type": "array", "items": ref("section"), "minItems": 2}, "section numbers": ref("section_numbers"), "beam shapes": ref("beam_shapes"),
@@ -273,6 +273,7 @@ def definitions():
         "force": force(),
         "contact": contact(),
         "surface": surface(),
+        "bearing": keyed("bearing"),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
         "table": keyed("table", method={"enum": ["spline", "linear"]}),
@@ -291,7 +292,7 @@ def definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
-               "loops": "loop", "drives": "drive", "forces": "force", "contacts": "contact", "parameters": "number", "sensors": "number"}
+               "loops": "loop", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "number"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}

@@ -722,6 +722,17 @@ static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_
     return shared ? 1 : 0;
 }
 
+/* Names two bearings whose joint has shared loads. Values that are zero do not show in theirs. */
+static void tell_bearings(telling *w, const kmp_bearing_pair *pair)
+{
+    const bool *load = pair->closure < 0 ? w->found.of_body[pair->body] : w->found.of_closure[pair->closure];
+    bool shared = false;
+    for (int i = 0; i < KMP_LOAD_SIZE; i++)
+        shared = shared || load[i];
+    if (shared)
+        kmp_text_printf(&w->names, "%sbearing(%s)", w->count++ ? ", " : "", pair->name);
+}
+
 /* Names what an output shows of loads that are shared; these components as bits. */
 static unsigned tell_output(telling *w, const kempe_model *model, const kmp_output *output)
 {
@@ -729,6 +740,8 @@ static unsigned tell_output(telling *w, const kempe_model *model, const kmp_outp
     const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
     if (output->kind == KMP_OUTPUT_SENSOR)
         return tell_expression(w, model, model->sensors[output->index].expr);
+    if (output->kind == KMP_OUTPUT_BEARING)
+        tell_bearings(w, &model->bearings[output->index]);
     return joint || moment || output->kind == KMP_OUTPUT_REACTION
                ? tell_load(w, model, joint, output->index + joint, moment, 0, 3)
                : 0;

@@ -466,7 +466,8 @@ static bool is_wanted(const kempe_model *model)
     bool wanted = false;
     for (int k = 0; k < model->output_count; k++)
         wanted = wanted || model->outputs[k].kind == KMP_OUTPUT_JOINT_REACTION ||
-                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT || model->outputs[k].kind == KMP_OUTPUT_SECTION ||
+                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT ||
+                 model->outputs[k].kind == KMP_OUTPUT_BEARING || model->outputs[k].kind == KMP_OUTPUT_SECTION ||
                  model->outputs[k].kind == KMP_OUTPUT_STRESS;
     for (int k = 0; k < model->sensor_count; k++)
         wanted = wanted || kmp_expr_find(model->sensors[k].expr, is_of_joint, NULL);

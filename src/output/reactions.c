@@ -180,22 +180,17 @@ static const double *load_of(const kmp_reaction *of, int k, const double *loads)
     return loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k);
 }
 
-static double size_of(bool effort, const double *x)
-{
-    return effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-}
-
 double kmp_reaction_size(const kmp_reaction *of, int k, const double *loads)
 {
-    return size_of(of->effort, load_of(of, k, loads));
+    const double *x = load_of(of, k, loads);
+    return of->effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
 }
 
-static void take(kmp_reaction_peak *peak, double t, bool effort, const double *x)
+void kmp_reaction_peak_take(kmp_reaction_peak *peak, double t, double size, const double *x, int count)
 {
-    const double size = size_of(effort, x);
     if (!isfinite(size) || size <= peak->size * (1 + KMP_PRINT_NOISE))
         return;
-    *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, effort ? NAN : x[1] + 0.0, effort ? NAN : x[2] + 0.0}};
+    *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, count < 3 ? NAN : x[1] + 0.0, count < 3 ? NAN : x[2] + 0.0}};
 }
 
 void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
@@ -212,7 +207,8 @@ void kmp_reactions_meet(kmp_reactions *r, double t, const double *loads)
     for (kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; of->place >= 0 && k < 2; k++)
             if (of->has[k])
-                take(&of->peak[k], t, of->effort, load_of(of, k, loads));
+                kmp_reaction_peak_take(&of->peak[k], t, kmp_reaction_size(of, k, loads), load_of(of, k, loads),
+                                       of->effort ? 1 : 3);
 }
 
 void kmp_reactions_take_whole(kmp_reactions *r, const kmp_reactions *whole)

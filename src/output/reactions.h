@@ -14,6 +14,9 @@ typedef struct kmp_reaction_peak {
     double size, t, x[3]; /* NaN: the joint has none */
 } kmp_reaction_peak;
 
+/** Takes a size with its vector of `count` numbers, 1 or 3, if it is larger. */
+void kmp_reaction_peak_take(kmp_reaction_peak *peak, double t, double size, const double *x, int count);
+
 typedef struct kmp_reaction {
     const char *name, *kind; /* "joint": of the tree; otherwise the word of a closure */
     int body, closure;       /* whose it is; -1 */

@@ -80,6 +80,9 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
             if (kmp_force_fields[i].kind == force->kind)
                 visit(&w, force->name, kmp_force_fields[i].key, kmp_force_fields[i].size, kmp_force_get(force, i));
     }
+    for (int k = 0; k < model->bearing_count; k++)
+        for (int i = 0; i < 2; i++)
+            visit(&w, model->bearings[k].name, "at", 1, &model->bearings[k].at[i]);
     for (int k = 0; k < model->wheel_count; k++)
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
             visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,

@@ -299,6 +299,7 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     m->bodies = COPY(v, m->bodies, m->body_count, 0);
     m->points = COPY(v, m->points, m->point_count, 0);
     m->forces = COPY(v, m->forces, m->force_count, 0);
+    m->bearings = COPY(v, m->bearings, m->bearing_count, 0);
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The largest reactions of all joints in the whole motion of a run: each accepted step is looked at between its ends,
- * as the quantities of instances are (output/quantities). */
+/* The largest reactions of all joints, and the loads of bearings, in the whole motion of a run: each accepted step is
+ * looked at between its ends, as the quantities of instances are (output/quantities). */
 #pragma once
 
 #include "integrators/run/run.h"
-#include "output/reactions.h"
+#include "output/bearing_loads.h"
 
 typedef struct kmp_reaction_watch kmp_reaction_watch;
 
@@ -18,3 +18,6 @@ bool kmp_reaction_watch_step(kmp_reaction_watch *watch, kmp_runner *runner, doub
 
 /** The largest ones so far; not `whole` before the first step. */
 const kmp_reactions *kmp_reaction_watch_found(const kmp_reaction_watch *watch);
+
+/** The loads of the bearings of the model so far. */
+const kmp_bearing_loads *kmp_reaction_watch_bearings(const kmp_reaction_watch *watch);

@@ -457,7 +457,7 @@ static kempe_status read_peaks(kmp_simulation *j)
     const char *word = j->run->reaction_peaks;
     const kmp_reaction_peaks where =
         word ? kmp_reaction_peaks_find(word, &complaint) : j->system->model->run.reaction_peaks;
-    j->watches = where == KMP_REACTION_PEAKS_MOTION;
+    j->watches = where == KMP_REACTION_PEAKS_MOTION || j->system->model->bearing_count > 0;
     if (where == KMP_REACTION_PEAKS_COUNT)
         return kmp_fail_text(j->context, KEMPE_E_ARGUMENT, &complaint);
     return KEMPE_OK;
@@ -635,7 +635,7 @@ static bool shows_loads(const kempe_model *model)
     for (int k = 0; k < model->output_count; k++) {
         const kmp_output_kind kind = model->outputs[k].kind;
         any = any || kind == KMP_OUTPUT_SENSOR || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
-              kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT;
+              kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT || kind == KMP_OUTPUT_BEARING;
     }
     return any && model->closure_count > kmp_model_friction_count(model);
 }
@@ -643,7 +643,7 @@ static bool shows_loads(const kempe_model *model)
 /* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of the loads that outputs show. False: one of these
  * differs from its value in `before`, which the equations have. */
 static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, const double *before, const double *values,
-                      double *shown)
+                      const double *bearings, double *shown)
 {
     double size = 0;
     for (int k = 0; k < KMP_LOAD_VALUES * (model->closure_count + loads->joints); k++)
@@ -653,6 +653,8 @@ static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, cons
         const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         int place = output->index;
+        if (output->kind == KMP_OUTPUT_BEARING)
+            memcpy(shown + at, bearings + (ptrdiff_t)KMP_BEARING_VALUES * place, KMP_BEARING_VALUES * sizeof *shown);
         if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
             continue;
         for (int k = 0; joint && k < loads->joints; k++)
@@ -687,7 +689,8 @@ static kempe_status share_loads(kempe_trajectory *t, const kmp_simulation *j, km
         const double *before = kmp_all_loads_at(&loads, &at);
         memcpy(all, before, (size_t)count * sizeof *all);
         status = kmp_least_norm_loads(eval, at.t, at.q, loads.joints, loads.joint, all);
-        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, here))
+        const double *bearings = loads.bearing_count > 0 ? kmp_all_loads_bearings(&loads, &at, all) : NULL;
+        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, bearings, here))
             status = kmp_fail(j->context, KEMPE_E_FAILED,
                               "loads of least norm are not known for the forces of this model; omit --loads");
     }
