@@ -61,27 +61,59 @@ static const char *note_of_clearance(kmp_reactions *r, const char *joint)
     return NULL;
 }
 
+/* A joint of the tree that constrains something: whether it has a force, and a moment. False for one that is a closure,
+ * or constrains nothing. */
+static bool joint_has(const kempe_model *model, int body, bool has[2])
+{
+    const kmp_body *b = &model->bodies[body];
+    int moving[2] = {0, 0}, first = kmp_joint_first_free(b);
+    for (int k = first; k < first + kmp_joint_free_count(b); k++)
+        moving[model->motions[k].rotation]++;
+    for (int k = 0; k < 2; k++)
+        has[k] = moving[k] < 3;
+    return (has[0] || has[1]) && kmp_name_find(KMP_NAMED(model, closure), b->joint) < 0;
+}
+
+/* A closure that is in the table of reactions. */
+static bool is_listed(const kmp_closure *closure)
+{
+    return !kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock;
+}
+
+int kmp_reactions_name(const kempe_model *model, bool moment, const char **names)
+{
+    int count = 0;
+    bool has[2];
+    for (int b = 1; b < model->body_count; b++)
+        if (joint_has(model, b, has) && has[moment] && !kmp_joint_obstacle(model, b) && !model->bodies[b].coupling)
+            names[count++] = model->bodies[b].joint;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure_parts *kind = kmp_closure_parts_of(model->closures[c].kind);
+        const int rows = (moment ? kind->moment : kind->force)->rows;
+        if (is_listed(&model->closures[c]) && rows > 0 && kind->force->load != kmp_part_effort)
+            names[count++] = model->closures[c].name;
+    }
+    return count;
+}
+
 /* Of a joint of the tree, unless it is a closure or constrains nothing; `place`: of its load, -1: it is not known. */
 static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body, int place)
 {
     const kempe_model *model = r->system->model;
     const kmp_body *b = &model->bodies[body];
-    int moving[2] = {0, 0}, first = kmp_joint_first_free(b);
-    for (int k = first; k < first + kmp_joint_free_count(b); k++)
-        moving[model->motions[k].rotation]++;
-    if ((moving[0] >= 3 && moving[1] >= 3) || kmp_name_find(KMP_NAMED(model, closure), b->joint) >= 0)
+    bool has[2];
+    if (!joint_has(model, body, has))
         return;
     kmp_reaction *made = add(r, b->joint, "joint");
     made->body = body;
     made->place = place;
-    for (int k = 0; k < 2; k++)
-        made->has[k] = moving[k] < 3;
+    memcpy(made->has, has, sizeof has);
     if (loads->obstacle[body])
         made->note = kmp_arena_printf(
             &r->arena, "not known, because friction '%s' rolls along no length that is a function of the coordinates",
             loads->obstacle[body]->name);
     else if (made->place < 0)
-        made->note = moving[0] + moving[1] == 0
+        made->note = kmp_joint_free_count(b) == 0
                          ? "not known, because bodies that are welded are one; 'cut: yes' gives it"
                          : "not known, because translations are before and after a rotation";
     else
@@ -164,8 +196,7 @@ kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, co
     }
     for (int c = 0; r->of && c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
-        if (!kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock &&
-            (drives || !kmp_closure_is_drive(closure)))
+        if (is_listed(closure) && (drives || !kmp_closure_is_drive(closure)))
             add_closure(r, c);
     }
     return kmp_made(system->context, !r->arena.failed);

@@ -47,6 +47,10 @@ kempe_status kmp_reactions_init(kmp_reactions *reactions, const kempe_system *sy
                                 bool drives);
 void kmp_reactions_free(kmp_reactions *reactions);
 
+/** Names the joints of a model that have a force or a moment which its equations give, without efforts of drives; room
+ * for body_count + closure_count. Their number. */
+int kmp_reactions_name(const kempe_model *model, bool moment, const char **names);
+
 /** Takes the loads of a row, as kmp_all_loads_at gives them. */
 void kmp_reactions_add(kmp_reactions *reactions, double t, const double *loads);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Bearings at z1 and z2 along the axis a, with radial forces A and B, carry the force F = A + B + (a.F) a and the moment
- * about the first one M1 = (z2 - z1) a x B, so that B = M1 x a / (z2 - z1). */
+/* Bearings at z1 and z2 along the axis a, with radial forces A and B, carry the force F = A + B + (a.F) a and the
+ * moment about the first one M1 = (z2 - z1) a x B, so that B = M1 x a / (z2 - z1). */
 #include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"

@@ -65,8 +65,8 @@ void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_
     list[count++] = (kmp_shown_setting){"algorithm", true, 0, automatic ? NULL : kmp_dynamics_word(run->dynamics)};
     list[count++] =
         (kmp_shown_setting){"change_points", true, 0, cross ? NULL : kmp_change_points_word(run->change_points)};
-    list[count++] = (kmp_shown_setting){"reaction_peaks", true, 0,
-                                        of_rows ? NULL : kmp_reaction_peaks_word(run->reaction_peaks)};
+    list[count++] =
+        (kmp_shown_setting){"reaction_peaks", true, 0, of_rows ? NULL : kmp_reaction_peaks_word(run->reaction_peaks)};
 }
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)

@@ -13,6 +13,16 @@
 #include <math.h>
 #include <string.h>
 
+/* Conditions of forces change at the ends of steps, where a state does not tell which side it is on: loads are taken
+ * this part of the step, or of the time, within. */
+#define WITHIN    1e-11
+#define WITHIN_OF 2e-15
+
+/* Conditions of forces change at the ends of steps, where a state does not tell which side it is on: loads are taken
+ * this part of the step, or of the time, within. */
+#define WITHIN    1e-11
+#define WITHIN_OF 2e-15
+
 /* What a channel is: the size of a force or a moment, or a power of a force. */
 typedef struct channel {
     bool turns;
@@ -31,8 +41,9 @@ struct kmp_reaction_watch {
     channel *channel;
     const char **name;
     double *account, *room, *sampled, *row, *load, *pair; /* load: of all joints; pair: of all bearings */
-    double *value, *time; /* of q; the times of largest values before a step */
-    kmp_runner *runner;   /* of the step under way */
+    double *value, *time;                                 /* of q; the times of largest values before a step */
+    kmp_runner *runner; /* of the step under way */
+    double first, last; /* times in it at which loads are taken */
     double rtol;
     kmp_arena arena;
 };
@@ -40,17 +51,14 @@ struct kmp_reaction_watch {
 /* -- the channels ---------------------------------------------------------------------------------------- */
 
 /* The loads at a time within the step, in watch->load and watch->pair. */
-static bool loads_at(kmp_reaction_watch *w, double t)
+static bool loads_at(kmp_reaction_watch *w, double within)
 {
+    const double t = fmin(fmax(within, w->first), w->last);
     const int n = w->system->n, pairs = w->system->model->bearing_count;
     if (kmp_runner_look(w->runner, t, w->row) != KEMPE_OK)
         return false;
-    const kmp_instant at = {.t = t,
-                            .q = w->row,
-                            .qd = w->row + n,
-                            .qdd = w->row + 2 * n,
-                            .lambda = w->row + 3 * n,
-                            .inputs = &w->inputs};
+    const kmp_instant at = {
+        .t = t, .q = w->row, .qd = w->row + n, .qdd = w->row + 2 * n, .lambda = w->row + 3 * n, .inputs = &w->inputs};
     memcpy(w->load, kmp_all_loads_at(&w->loads, &at), (size_t)w->found.loads * sizeof *w->load);
     if (kmp_reactions_share(&w->found, w->eval, &w->loads, &at, w->load) != KEMPE_OK)
         return false;
@@ -152,8 +160,8 @@ static kempe_status init(kmp_reaction_watch *w, bool least_norm)
                                      kmp_bearing_loads_init(&w->bearings, s, &w->arena)));
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, kmp_account_size(&w->q), &w->account),
                    KMP_ROOM(double, kmp_account_room(&w->q), &w->room),
-                   KMP_ROOM(double, kmp_account_piece(&w->q), &w->sampled),
-                   KMP_ROOM(double, 3 * s->n + s->m, &w->row), KMP_ROOM(double, w->found.loads + 1, &w->load),
+                   KMP_ROOM(double, kmp_account_piece(&w->q), &w->sampled), KMP_ROOM(double, 3 * s->n + s->m, &w->row),
+                   KMP_ROOM(double, w->found.loads + 1, &w->load),
                    KMP_ROOM(double, KMP_BEARING_VALUES * s->model->bearing_count + 1, &w->pair),
                    KMP_ROOM(double, w->q.values + 1, &w->value, &w->time));
     KMP_TRY(kmp_made(s->context, !w->arena.failed));
@@ -285,7 +293,12 @@ bool kmp_reaction_watch_step(kmp_reaction_watch *w, kmp_runner *run, double from
     kmp_text why = {0};
     if (w->q.count == 0 || !(to > from))
         return true;
+    const double side = fmax(WITHIN * (to - from), WITHIN_OF * fmax(fabs(from), fabs(to)));
+    if (!(to - from > 4 * side))
+        return true;
     w->runner = run;
+    w->first = from > run->spec.t_start ? from + side : from;
+    w->last = to < run->spec.t_end ? to - side : to;
     w->found.from = w->found.whole ? w->found.from : from;
     kmp_present_inputs_copy(&w->inputs, kmp_runner_inputs(run));
     w->inputs.held = true;

@@ -545,8 +545,8 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
 }
 
 KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(trajectory->report.reason),
-          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording), kmp_reaction_watch_free(trajectory->watch),
-          kmp_run_log_free(&trajectory->log),
+          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording),
+          kmp_reaction_watch_free(trajectory->watch), kmp_run_log_free(&trajectory->log),
           kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
 
 /* -- run --------------------------------------------------------------------------------------------- */
