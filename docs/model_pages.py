@@ -31,7 +31,7 @@ LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "MAYBE_STATE": "(STATE)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "BEARING": "(BEARINGS)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------
@@ -213,8 +213,8 @@ def measures():
     """The words of points and axes in expressions."""
     lines = []
     for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
-        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",)}[argument]
-        after = {"1": "", "3": ".x", "9": ".x.y"}[components]
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",), "BEARING": ("main",)}[argument]
+        after = {"1": "", "3": ".x", "7": ".1.x", "9": ".x.y"}[components]
         lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
     return table(("measure", "unit", "meaning"), lines)
 

@@ -278,7 +278,7 @@ typedef struct kempe_run_options {
      * (default: one solution) */
     const char *loads;
     /* largest reactions of joints: of the rows of the result, or of the whole motion, from the dense output of each
-     * step; a model with bearings has those of the motion (default: rows) */
+     * step; with bearings in the model they are always of the motion (default: rows) */
     const char *reaction_peaks;
     /* write the rows to this file every 10 s and at the end (default: none) */
     const char *checkpoint;

@@ -96,6 +96,11 @@ def test_reactions(four_bar):
         assert pins[joint] == pytest.approx(np.linalg.norm(run[f"reaction({joint})"], axis=1).max(), rel=1e-9)
     assert run.reactions.units["force"] == "N" and run.reactions["unique"].all()
     assert run.to_dict()["reactions"][0]["force"]["peak"] == pins["crank"]
+    whole = four_bar.simulate(t_end=1, reaction_peaks="motion")
+    peaks = dict(zip(whole.reactions["joint"], whole.reactions["force"]))
+    for joint in ("crank", "coupler", "rocker", "C"):
+        assert pins[joint] <= peaks[joint] * (1 + 1e-9) < 1.01 * pins[joint]
+    assert whole.to_dict()["reaction_peaks"] == {"of": "motion", "from": 0, "until": 1} and len(whole.bearings["at"]) == 0
     held = four_bar.system().equilibrium().reactions.row(0)
     assert held["joint"] == "crank" and held["force"] == pytest.approx(np.hypot(held["force.x"], held["force.y"]), rel=1e-12)
     driven = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system()

@@ -188,6 +188,26 @@ static void a_helical_gear_loads_its_bearings(void)
     unload(&l);
 }
 
+/* A disc beyond the second bearing: levers 5/12 and 17/12 of weight and centrifugal force; means of a turn in 40
+ * digits. */
+static void an_unbalanced_shaft_has_its_closed_form(void)
+{
+    loaded l = load("examples/unbalanced_shaft/unbalanced_shaft.yaml");
+    kempe_trajectory *t = simulate(&l, NULL);
+    kempe_table *table = table_of(t, "bearings");
+    const double speed = 50 * 3.14159265358979323846, most = 5 * 9.81 + 5 * 0.2e-3 * speed * speed;
+    CHECK_NEAR(at(table, 0, "radial"), 5.0 / 12 * most, 1e-10);
+    CHECK_NEAR(at(table, 1, "radial"), 17.0 / 12 * most, 1e-10);
+    CHECK_NEAR(at(table, 0, "radial.z"), -5.0 / 12 * most, 1e-10);
+    CHECK_NEAR(at(table, 1, "radial.z"), 17.0 / 12 * most, 1e-10);
+    CHECK_NEAR(at(table, 1, "radial.t"), 0.03, 1e-6);
+    CHECK_NEAR(at(table, 0, "equivalent"), 24.0598746241680449, 1e-9);
+    CHECK_NEAR(at(table, 1, "equivalent"), 80.9061380242405037, 1e-9);
+    kempe_table_free(table);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 /* -- pins in any position ------------------------------------------------------------------------------- */
 
 /* A shaft on a pin J, which a force pulls while it turns: the joint of its body, further sections, the driven
@@ -434,8 +454,8 @@ static void sizes_are_measures(void)
 static void mistakes_are_named(void)
 {
     static const char *const wrong[][2] = {
-        {"{joint: S, at: [0, 1]}", "'S' is no pin: the joint of two bearings is revolute or cylindrical"},
-        {"{joint: W, at: [0, 1]}", "'W' is no pin"},
+        {"{joint: S, at: [0, 1]}", "'S' is not a pin: the joint of two bearings is revolute or cylindrical"},
+        {"{joint: W, at: [0, 1]}", "'W' is not a pin"},
         {"{joint: C, at: [0, 1]}", "unknown joint 'C'"},
         {"{joint: A, at: [1 mm, 0.001]}", "both bearings are at 0.001 m: their places must differ"},
         {"{joint: A, at: [0, 1, 2]}", "2"},
@@ -466,6 +486,7 @@ int main(void)
     TEST(rows_are_the_same);
     TEST(bearings_share_the_load_of_a_pin);
     TEST(a_helical_gear_loads_its_bearings);
+    TEST(an_unbalanced_shaft_has_its_closed_form);
     TEST(bearings_are_in_balance_with_the_joint);
     TEST(the_second_body_is_loaded);
     TEST(cut_joints_have_bearings);

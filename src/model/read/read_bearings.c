@@ -28,7 +28,8 @@ static void read_joint(kmp_reader *r, const kmp_yaml *node, const char *what, km
         pair->joint = model->closures[pair->closure].name;
         if (kind != KMP_CLOSURE_revolute && kind != KMP_CLOSURE_cylindrical)
             kmp_reader_complain(r, node->place,
-                                "%s: '%s' is no pin: the joint of two bearings is revolute or cylindrical", what, word);
+                                "%s: '%s' is not a pin: the joint of two bearings is revolute or cylindrical", what,
+                                word);
         return;
     }
     if (pair->body < 0) {
@@ -41,8 +42,8 @@ static void read_joint(kmp_reader *r, const kmp_yaml *node, const char *what, km
     }
     pair->joint = model->bodies[pair->body].joint;
     if (kmp_pin_motion(model, pair->body) < 0)
-        kmp_reader_complain(r, node->place, "%s: '%s' is no pin: the joint of two bearings is revolute or cylindrical",
-                            what, word);
+        kmp_reader_complain(r, node->place,
+                            "%s: '%s' is not a pin: the joint of two bearings is revolute or cylindrical", what, word);
 }
 
 static void read_places(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_bearing_pair *pair)

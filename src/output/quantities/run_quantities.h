@@ -68,7 +68,7 @@ size_t kmp_account_size(const kmp_run_quantities *quantities);
 size_t kmp_account_piece(const kmp_run_quantities *quantities);
 size_t kmp_account_room(const kmp_run_quantities *quantities);
 
-/** Begins the bound of work anew: its limit is then of the steps from here on. */
+/** Begins the bound of work again: its limit is then of the steps from here on. */
 void kmp_account_renew(const kmp_run_quantities *quantities, double *account);
 
 /** The values of a channel are rounded to no less than this from here on. */

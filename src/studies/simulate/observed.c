@@ -164,12 +164,14 @@ static void add(listing *l, kmp_output output, bool wanted)
     l->list[l->count++] = output;
 }
 
-/* Drives have no reaction between bodies; reactions of joints of the tree are computed only on request. A force that is
+/* Drives have no reaction between bodies; reactions of joints of the tree and forces of
+ * bearings are computed only on request. A force that is
  * given by its components has no separate value. */
 static bool has_output(const kempe_model *model, kmp_output_kind kind, int index)
 {
     bool of_loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
-    if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_JOINT)
+    const kmp_output_argument argument = kmp_output_rows[kind].argument;
+    if (argument == KMP_OUTPUT_OF_JOINT || argument == KMP_OUTPUT_OF_BEARING)
         return false;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
@@ -203,7 +205,7 @@ static void list_kind(listing *l, kmp_output_kind kind)
 
 static kempe_status list_all(kmp_output_program *o, int most)
 {
-    static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
+    static const kmp_output_kind order[KMP_OUTPUT_KINDS] = {KMP_OUTPUT_Q,
                                             KMP_OUTPUT_QD,
                                             KMP_OUTPUT_QDD,
                                             KMP_OUTPUT_CUT_Q,
@@ -219,6 +221,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                             KMP_OUTPUT_MOMENT,
                                             KMP_OUTPUT_JOINT_REACTION,
                                             KMP_OUTPUT_JOINT_MOMENT,
+                                            KMP_OUTPUT_BEARING,
                                             KMP_OUTPUT_POSITION,
                                             KMP_OUTPUT_VELOCITY,
                                             KMP_OUTPUT_ACCELERATION,

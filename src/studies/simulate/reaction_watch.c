@@ -23,7 +23,7 @@
 #define WITHIN    1e-11
 #define WITHIN_OF 2e-15
 
-/* What a channel is: the size of a force or a moment, or a power of a force. */
+/* A channel: the size of a force or a moment, or a power of a force. */
 typedef struct channel {
     bool turns;
     double power;
@@ -42,8 +42,8 @@ struct kmp_reaction_watch {
     const char **name;
     double *account, *room, *sampled, *row, *load, *pair; /* load: of all joints; pair: of all bearings */
     double *value, *time;                                 /* of q; the times of largest values before a step */
-    kmp_runner *runner; /* of the step under way */
-    double first, last; /* times in it at which loads are taken */
+    kmp_runner *runner;                                   /* of the step under way */
+    double first, last;                                   /* times in it at which loads are taken */
     double rtol;
     kmp_arena arena;
 };
