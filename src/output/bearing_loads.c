@@ -15,9 +15,9 @@ bool kmp_bearing_loads_init(kmp_bearing_loads *b, const kempe_system *system, km
 {
     const int count = 2 * system->model->bearing_count;
     const kmp_reaction_peak none = {NAN, NAN, {NAN, NAN, NAN}};
-    *b = (kmp_bearing_loads){.system = system, .of = KMP_ARENA_NEW(arena, kmp_bearing_load, count + 1)};
+    *b = (kmp_bearing_loads){.system = system, .of = KMP_ARENA_NEW(arena, kmp_bearing_peak, count + 1)};
     for (int k = 0; b->of && k < count; k++)
-        b->of[k] = (kmp_bearing_load){none, none, NAN};
+        b->of[k] = (kmp_bearing_peak){none, none, NAN};
     return b->of;
 }
 
@@ -106,7 +106,7 @@ void kmp_bearing_loads_show(kmp_text *text, const kmp_bearing_loads *b, const km
     show_heads(text, length.unit, force.unit, width);
     for (int k = 0; k < 2 * model->bearing_count; k++) {
         const kmp_bearing_pair *pair = &model->bearings[k / 2];
-        const kmp_bearing_load *of = &b->of[k];
+        const kmp_bearing_peak *of = &b->of[k];
         char label[200];
         (void)snprintf(label, sizeof label, "%s %d%s", pair->name, 1 + k % 2, is_shared(r, pair) ? " *" : "");
         kmp_text_printf(text, "  %-*s", width, label);
@@ -166,7 +166,7 @@ void kmp_bearing_loads_tabulate(kempe_table *table, const kmp_bearing_loads *b, 
     const kempe_model *model = b->system->model;
     for (int k = 0; k < 2 * model->bearing_count; k++) {
         const kmp_bearing_pair *pair = &model->bearings[k / 2];
-        const kmp_bearing_load *of = &b->of[k];
+        const kmp_bearing_peak *of = &b->of[k];
         const char *note = note_of(r, pair);
         kmp_tabulate_row(table);
         kmp_tabulate_cells(table, "%s %d %s %g %g %g", pair->name, 1 + k % 2, pair->joint, pair->at[k % 2].value,

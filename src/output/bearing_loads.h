@@ -6,14 +6,14 @@
 #include "output/reactions.h"
 
 /** Of one bearing. NaN: not known, or it carries nothing of that kind. */
-typedef struct kmp_bearing_load {
+typedef struct kmp_bearing_peak {
     kmp_reaction_peak radial, axial; /* axial: x[0] along the axis of the joint */
     double equivalent;               /* the mean of the radial force^p over time, its p-th root */
-} kmp_bearing_load;
+} kmp_bearing_peak;
 
 typedef struct kmp_bearing_loads {
     const kempe_system *system;
-    kmp_bearing_load *of; /* two of each pair of the model */
+    kmp_bearing_peak *of; /* two of each pair of the model */
     bool whole;           /* they are of the motion from `from` to `until`; otherwise there was no step */
     double from, until;
 } kmp_bearing_loads;

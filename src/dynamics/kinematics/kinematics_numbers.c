@@ -169,7 +169,7 @@ static kmp_ref component(const kmp_tree *tree, kmp_vec v, int number)
     return kmp_sqrt(tree->graph, kmp_vec_dot(tree->graph, v, v));
 }
 
-static kmp_ref bearing_value(const kmp_tree *tree, const kmp_bearing_pair *pair, int number)
+KMP_NOINLINE static kmp_ref bearing_value(const kmp_tree *tree, const kmp_bearing_pair *pair, int number)
 {
     kmp_ref values[KMP_BEARING_VALUES];
     kmp_bearing_reactions(tree, pair, values);
