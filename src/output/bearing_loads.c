@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Columns of places and loads, and of times and exponents. */
-enum { VALUE = 14, TIME = 10 };
+enum { VALUE = 11, TIME = 10, EQUIVALENT = 13, EXPONENT = 7 };
 
 bool kmp_bearing_loads_init(kmp_bearing_loads *b, const kempe_system *system, kmp_arena *arena)
 {
@@ -84,7 +84,7 @@ static void show_heads(kmp_text *text, const char *length, const char *force, in
     for (int k = 0; k < 4; k++)
         (void)snprintf(head[k], sizeof head[k], "%s, %s", heads[k], k == 0 ? length : force);
     kmp_text_printf(text, "  %-*s  %*s  %*s  %*s  %*s  %*s  %*s  %*s\n", width, "", TIME, head[0], VALUE, head[1], TIME,
-                    "at t, s", VALUE, head[2], TIME, "at t, s", VALUE, head[3], TIME, "p");
+                    "at t, s", VALUE, head[2], TIME, "at t, s", EQUIVALENT, head[3], EXPONENT, "p");
 }
 
 void kmp_bearing_loads_show(kmp_text *text, const kmp_bearing_loads *b, const kmp_reactions *r)
@@ -113,8 +113,8 @@ void kmp_bearing_loads_show(kmp_text *text, const kmp_bearing_loads *b, const km
         put_cell(text, TIME, length.factor * pair->at[k % 2].value);
         put_peak(text, &of->radial, force.factor, noise);
         put_peak(text, &of->axial, force.factor, noise);
-        put_cell(text, VALUE, force.factor * (of->equivalent <= noise ? 0.0 : of->equivalent));
-        put_cell(text, TIME, pair->life[k % 2]);
+        put_cell(text, EQUIVALENT, force.factor * (of->equivalent <= noise ? 0.0 : of->equivalent));
+        put_cell(text, EXPONENT, pair->life[k % 2]);
         kmp_text_put(text, "\n");
     }
 }
