@@ -902,6 +902,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
                                     KMP_ROOM(part, most_limits, &r.bound),
                                     KMP_ROOM(kmp_quantity_limit, most_limits, &list->limit))));
     KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
+    list->requested = list->run.count;
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
     kmp_added_arguments arguments;
     KMP_TRY(add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));

@@ -653,7 +653,7 @@ static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, cons
         const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         int place = output->index;
-        if (output->kind == KMP_OUTPUT_BEARING)
+        if (bearings && output->kind == KMP_OUTPUT_BEARING)
             memcpy(shown + at, bearings + (ptrdiff_t)KMP_BEARING_VALUES * place, KMP_BEARING_VALUES * sizeof *shown);
         if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
             continue;
