@@ -50,7 +50,7 @@ function tellReactions() {
     tellBearings();
 }
 
-/* What each bearing carries, of a model that has some. */
+/* The loads of the bearings of a model that has some. */
 function tellBearings() {
     const given = data.bearings;
     byId("bearings").hidden = !given;
