@@ -206,6 +206,15 @@ static void an_unbalanced_shaft_has_its_closed_form(void)
     kempe_table_free(table);
     kempe_trajectory_free(t);
     unload(&l);
+    l = load_set("examples/unbalanced_shaft/unbalanced_shaft.yaml", &(kempe_setting){.name = "e", .value = "0 mm"}, 1);
+    t = simulate(&l, NULL);
+    table = table_of(t, "bearings"); /* balanced: a constant load, from the start */
+    CHECK_NEAR(at(table, 1, "radial"), 17.0 / 12 * 5 * 9.81, 1e-10);
+    CHECK_NEAR(at(table, 1, "equivalent"), 17.0 / 12 * 5 * 9.81, 1e-10);
+    CHECK(at(table, 1, "radial.t") == 0 && at(table, 0, "radial.t") == 0);
+    kempe_table_free(table);
+    kempe_trajectory_free(t);
+    unload(&l);
 }
 
 /* -- pins in any position ------------------------------------------------------------------------------- */

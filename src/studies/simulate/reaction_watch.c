@@ -236,21 +236,28 @@ static double time_of(const kmp_reaction_watch *w, int k)
     return w->of[k].kind == KMP_TAKE_MAX ? w->value[w->of[k].first_value + 1] : NAN;
 }
 
-/* Takes the vectors at the times of the largest values that the step has. */
+static bool meet_at(kmp_reaction_watch *w, double t)
+{
+    if (!loads_at(w, t))
+        return false;
+    kmp_reactions_meet(&w->found, t, w->load);
+    kmp_bearing_loads_meet(&w->bearings, t, w->pair);
+    return true;
+}
+
+/* Takes the vectors at the times of the largest values that the step has. The start is the first of equal ones. */
 static bool meet(kmp_reaction_watch *w, double to)
 {
+    if (!w->found.whole && !meet_at(w, w->found.from))
+        return false;
     kmp_account_values(&w->q, w->account, w->found.from, to, NULL, w->value);
     for (int k = 0; k < w->q.count; k++) {
         const double t = time_of(w, k);
         bool known = t == w->time[k] || !isfinite(t);
         for (int i = 0; i < k && !known; i++)
             known = time_of(w, i) == t;
-        if (known)
-            continue;
-        if (!loads_at(w, t))
+        if (!known && !meet_at(w, t))
             return false;
-        kmp_reactions_meet(&w->found, t, w->load);
-        kmp_bearing_loads_meet(&w->bearings, t, w->pair);
     }
     for (int k = 0; k < w->q.count; k++)
         w->time[k] = time_of(w, k);
