@@ -20,7 +20,7 @@ lists the features of each model. [Notebooks](../examples/notebooks/README.md) u
 """
 GROUPS = (  # title, examples; an example in no group is an error
     ("Planar linkages", "four_bar crank_rocker slider_crank driven_slider_crank loose_pin loose_slider chebyshev peaucellier jansen_leg stephenson coupler_fit "
-                        "double_four_bar n_four_bar andrews toggle_press flexible_pendulum"),
+                        "double_four_bar n_four_bar andrews toggle_press flexible_pendulum unbalanced_shaft"),
     ("Spatial mechanisms", "bennett bricard slider_crank_spatial spatial_slider_crank flexible_slider_crank n_four_bar_spatial governor flexible_blade"),
     ("Robots", "parallel_robot stewart delta_robot excavator hydraulic_excavator cart_pole stick_slip jansen_walker robot_leg flexible_robot"),
     ("Drives", "planetary_gearbox"),

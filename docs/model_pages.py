@@ -31,7 +31,7 @@ LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "MAYBE_STATE": "(STATE)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "BEARING": "(BEARINGS)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ def number_lines(macro):
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
             "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "gears": "gears.md", "drives": "drives.md",
-            "forces": "forces.md", "contacts": "contacts.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
+            "forces": "forces.md", "contacts": "contacts.md", "bearings": "bearings.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 
 
@@ -213,8 +213,8 @@ def measures():
     """The words of points and axes in expressions."""
     lines = []
     for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
-        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",), "GEAR": ("mesh",)}[argument]
-        after = {"1": "", "3": ".x", "9": ".x.y"}[components]
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",), "BEARING": ("main",), "GEAR": ("mesh",)}[argument]
+        after = {"1": "", "3": ".x", "7": ".1.x", "9": ".x.y"}[components]
         lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
     return table(("measure", "unit", "meaning"), lines)
 

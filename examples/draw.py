@@ -948,11 +948,20 @@ def half_shaft():
     return p
 
 
+def unbalanced_shaft():
+    p = Picture("A shaft with its disc beyond the second bearing")
+    p.body("shaft", (-0.02, 0), (0.185, 0), other_side=True)
+    p.body("disc", (0.17, -0.05), (0.17, 0.05), shift=(0, -60))
+    p.pivot((0, 0), "1", True, (-4, -14))
+    p.pivot((0.12, 0), "2", True, (-4, -14))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -113,7 +113,7 @@ VALUES = {  # the words of the tables of keys
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
     "surface": ref("surface"), "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
     "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
-    "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
+    "`1` or `2`": {"enum": [1, 2, "1", "2"]}, "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
     "number or two": {"anyOf": [NUMBER, {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}]},
     "flexible": ref("flexible"), "beam": ref("beam"), "section": ref("section"), "taper": {"anyOf": [ref("section"), ref("taper")]}, "stations of a taper": dict(NUMBERS, minItems=2),
     "sections of a taper": {"type": "array", "items": ref("section"), "minItems": 2}, "section numbers": ref("section_numbers"), "beam shapes": ref("beam_shapes"),
@@ -239,7 +239,8 @@ def wheel():
 
 def run():
     return keyed("run", algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
-                 change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]})
+                 change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]},
+                 reaction_peaks={"enum": [word for _, word in rows("reaction_peaks.def", "KMP_REACTION_PEAKS")]})
 
 
 def start():
@@ -278,6 +279,7 @@ def definitions():
         "force": force(),
         "contact": contact(),
         "surface": surface(),
+        "bearing": keyed("bearing"),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
         "table": keyed("table", method={"enum": ["spline", "linear"]}),
@@ -296,7 +298,7 @@ def definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
-               "loops": "loop", "gears": "gear", "drives": "drive", "forces": "force", "contacts": "contact", "parameters": "number", "sensors": "number"}
+               "loops": "loop", "gears": "gear", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "number"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}

@@ -292,7 +292,8 @@ class Tables(unittest.TestCase):
     def test_choices(self):
         """Words that a key may have are on the pages of the run."""
         page = (ROOT / "docs/model/run.md").read_text()
-        for table, macro in (("dynamics.def", "KMP_DYNAMICS"), ("change_points.def", "KMP_CHANGE_POINTS")):
+        for table, macro in (("dynamics.def", "KMP_DYNAMICS"), ("change_points.def", "KMP_CHANGE_POINTS"),
+                             ("reaction_peaks.def", "KMP_REACTION_PEAKS")):
             self.assertEqual({row[-1] for row in generate_schema.rows(table, macro)} - words(page), set())
 
     def test_solvers(self):

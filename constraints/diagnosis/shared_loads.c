@@ -749,6 +749,30 @@ static unsigned tell_load(telling *w, const kempe_model *model, bool joint, int 
     return shared;
 }
 
+/* Names two bearings whose joint has shared loads. Values that are zero do not show in theirs. */
+static void tell_bearings(telling *w, const kmp_bearing_pair *pair)
+{
+    const bool *load = pair->closure < 0 ? w->found.of_body[pair->body] : w->found.of_closure[pair->closure];
+    bool shared = false;
+    for (int i = 0; i < KMP_LOAD_SIZE; i++)
+        shared = shared || load[i];
+    kmp_text name = {0};
+    kmp_text_printf(&name, "bearing(%s)", pair->name);
+    const bool known = w->names.s && name.s && strstr(w->names.s, name.s);
+    if (shared && !known)
+        kmp_text_printf(&w->names, "%s%s", w->count++ ? ", " : "", name.s ? name.s : "");
+    kmp_text_free_part(&w->names, &name);
+}
+
+/* A component. A size has the others too, and does not show that the shared ones are zero. */
+static unsigned tell_measure(telling *w, const kempe_model *model, bool joint, int index, bool moment, int number)
+{
+    if (number < KMP_MEASURE_SIZE)
+        return tell_load(w, model, joint, index, moment, number, number + 1);
+    (void)tell_load(w, model, joint, index, moment, 0, 3);
+    return 0;
+}
+
 static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_expr *e)
 {
     unsigned shared = 0;
@@ -758,7 +782,9 @@ static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_
     const bool moment = m && (m->kind == KMP_MEASURE_MOMENT || m->kind == KMP_MEASURE_JOINT_MOMENT);
     const bool joint = m && (m->kind == KMP_MEASURE_JOINT_REACTION || m->kind == KMP_MEASURE_JOINT_MOMENT);
     if (joint || moment || (m && m->kind == KMP_MEASURE_REACTION))
-        shared = tell_load(w, model, joint, m->argument[0].closure, moment, e->number, e->number + 1);
+        shared = tell_measure(w, model, joint, m->argument[0].closure, moment, e->number);
+    if (m && m->kind == KMP_MEASURE_BEARING)
+        tell_bearings(w, &model->bearings[m->argument[0].closure]);
     shared |= tell_expression(w, model, e->a) | tell_expression(w, model, e->b) | tell_expression(w, model, e->c);
     return shared ? 1 : 0;
 }
@@ -770,6 +796,8 @@ static unsigned tell_output(telling *w, const kempe_model *model, const kmp_outp
     const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
     if (output->kind == KMP_OUTPUT_SENSOR)
         return tell_expression(w, model, model->sensors[output->index].expr);
+    if (output->kind == KMP_OUTPUT_BEARING)
+        tell_bearings(w, &model->bearings[output->index]);
     return joint || moment || output->kind == KMP_OUTPUT_REACTION
                ? tell_load(w, model, joint, output->index + joint, moment, 0, 3)
                : 0;

@@ -277,6 +277,9 @@ typedef struct kempe_run_options {
     /* loads of joints that redundant constraints share: least-norm, in outputs and reactions of kempe_simulate
      * (default: one solution) */
     const char *loads;
+    /* largest reactions of joints: of the rows of the result, or of the whole motion, from the dense output of each
+     * step; with bearings in the model they are always of the motion (default: rows) */
+    const char *reaction_peaks;
     /* write the rows to this file every 10 s and at the end (default: none) */
     const char *checkpoint;
     /* continue from a checkpoint (default: none) */

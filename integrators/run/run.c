@@ -550,6 +550,22 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     return KEMPE_OK;
 }
 
+kempe_status kmp_runner_look(kmp_runner *run, double t, double *row)
+{
+    const double work = run->balance.work, until = run->balance.t;
+    const int n = run->s->n;
+    double unused;
+    run->balance.t = t;
+    kempe_status status = kmp_runner_inner_row(run, t, true, row, &unused);
+    run->balance.work = work;
+    run->balance.t = until;
+    KMP_TRY(status);
+    if (run->sticking.friction)
+        kmp_friction_show(run, t, row);
+    kmp_runner_show(run, row, row + n, row + 2 * n);
+    return KEMPE_OK;
+}
+
 const double *kmp_runner_unknowns(kmp_runner *run, double t)
 {
     return run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK ? run->room.y : NULL;

@@ -152,6 +152,10 @@ kempe_status kmp_runner_row(kmp_runner *runner, double t, double *row, double *w
 /** The same without accelerations and multipliers, whose places have no meaning; q and qd have the same bits. */
 kempe_status kmp_runner_motion(kmp_runner *runner, double t, double *row);
 
+/** kmp_runner_row at any time within the last step, in any order, without the work: what the run keeps of its rows does
+ * not change. */
+kempe_status kmp_runner_look(kmp_runner *runner, double t, double *row);
+
 /** The unknowns of the formulation at a time within the last step, valid until the next call; NULL: not available. */
 const double *kmp_runner_unknowns(kmp_runner *runner, double t);
 

@@ -33,7 +33,12 @@ class Trajectory(Judged, Reported):
     log: TableOf = TableOf("Events between steps: t, kind, text, before, after.")
     reactions: TableOf = TableOf(
         "What each joint, loop and drive carries: the largest force (N) and moment (N m) of the rows, their times, and the"
-        " components then, on the second body in ground axes. unique: 0 where redundant constraints share it."
+        " components then, on the second body in ground axes. unique: 0 where redundant constraints share it. With"
+        " reaction_peaks=\"motion\" they are the largest of the whole motion."
+    )
+    bearings: TableOf = TableOf(
+        "What the bearings of the model carry: the largest radial and axial forces (N) of the motion, their times, and the"
+        " equivalent loads; two rows for each pair."
     )
 
     def __len__(self) -> int:

@@ -96,6 +96,13 @@ def test_reactions(four_bar):
         assert pins[joint] == pytest.approx(np.linalg.norm(run[f"reaction({joint})"], axis=1).max(), rel=1e-9)
     assert run.reactions.units["force"] == "N" and run.reactions["unique"].all()
     assert run.to_dict()["reactions"][0]["force"]["peak"] == pins["crank"]
+    system = four_bar.system()
+    whole = system.simulate(t_end=1, reaction_peaks="motion", keep_dense=True)
+    peaks = dict(zip(whole.reactions["joint"], whole.reactions["force"]))
+    for joint in ("crank", "coupler", "rocker", "C"):
+        fine = np.linalg.norm(system.outputs(f"reaction({joint})").at_time(whole, np.linspace(0, 1, 4001)), axis=1).max()
+        assert pins[joint] <= peaks[joint] * (1 + 1e-9) and fine <= peaks[joint] * (1 + 1e-9) < fine * (1 + 1e-5)
+    assert whole.to_dict()["reaction_peaks"] == {"of": "motion", "from": 0, "until": 1} and len(whole.bearings["at"]) == 0
     held = four_bar.system().equilibrium().reactions.row(0)
     assert held["joint"] == "crank" and held["force"] == pytest.approx(np.hypot(held["force.x"], held["force.y"]), rel=1e-12)
     driven = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system()
@@ -1275,3 +1282,17 @@ forces: {f: {joint: x, force: "z-q(x)-2*qd(x)+u"}}
         stepper.set_input("u", 0)
         stepper.advance(t)
     assert abs(stepper.q[0] - 1.25) < 1e-9  # z goes to 1/(1 - 0.2)
+
+
+def test_bearings():
+    """Two rows for each pair, an array in the dictionary, sizes in quantities."""
+    model = kempe.Model(EXAMPLES / "unbalanced_shaft/unbalanced_shaft.yaml")
+    run = model.simulate()
+    most = 5 * 9.81 + 5 * 0.2e-3 * (50 * np.pi) ** 2
+    assert list(run.bearings["bearings"]) == ["main", "main"] and list(run.bearings["at"]) == [0, 0.12]
+    assert run.bearings["radial"] == pytest.approx([5 / 12 * most, 17 / 12 * most], rel=1e-10)
+    assert [one["radial"]["peak"] for one in run.to_dict()["bearings"]] == list(run.bearings["radial"])
+    assert run.bearings.units["equivalent"] == "N" and run["bearing(main).2.z"][30] == pytest.approx(17 / 12 * most, rel=1e-12)
+    batch = model.ensemble({"e": [0.2e-3, 0]}, quantities=["max(reactions)", "max(bearing(main).2.size)"]).run()
+    assert batch.instances["max(reaction(pin).size)"] == pytest.approx([most, 5 * 9.81], rel=1e-9)
+    assert batch.instances["max(bearing(main).2.size)"] == pytest.approx([17 / 12 * most, 17 / 12 * 5 * 9.81], rel=1e-9)

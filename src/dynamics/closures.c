@@ -280,6 +280,11 @@ static kempe_status check_expression(const kmp_equations *eq, kmp_place place, c
     int kept = 0;
     while (kmp_tree_kept(&eq->tree, closure, kept) >= 0)
         kept++;
+    if (lambda->measure)
+        return kmp_complain(eq->context, eq->model->source.files[place.file], place.line, place.column,
+                            "%s '%s' depends on %s(%s), but '%s' has no multipliers: equations that no coordinate "
+                            "changes have none",
+                            what, name, lambda->measure->word, loop, loop);
     return kmp_complain(eq->context, eq->model->source.files[place.file], place.line, place.column,
                         "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: equations that no coordinate "
                         "changes have none",

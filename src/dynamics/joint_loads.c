@@ -541,7 +541,8 @@ static bool is_of_joint(const kmp_expr *expr, const void *unused)
 {
     (void)unused;
     return expr->kind == KMP_EXPR_MEASURE &&
-           (expr->measure->kind == KMP_MEASURE_JOINT_REACTION || expr->measure->kind == KMP_MEASURE_JOINT_MOMENT);
+           (expr->measure->kind == KMP_MEASURE_JOINT_REACTION || expr->measure->kind == KMP_MEASURE_JOINT_MOMENT ||
+            expr->measure->kind == KMP_MEASURE_BEARING);
 }
 
 static bool is_wanted(const kempe_model *model)
@@ -549,8 +550,8 @@ static bool is_wanted(const kempe_model *model)
     bool wanted = false;
     for (int k = 0; k < model->output_count; k++)
         wanted = wanted || model->outputs[k].kind == KMP_OUTPUT_JOINT_REACTION ||
-                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT || model->outputs[k].kind == KMP_OUTPUT_SECTION ||
-                 model->outputs[k].kind == KMP_OUTPUT_STRESS;
+                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT || model->outputs[k].kind == KMP_OUTPUT_BEARING ||
+                 model->outputs[k].kind == KMP_OUTPUT_SECTION || model->outputs[k].kind == KMP_OUTPUT_STRESS;
     for (int k = 0; k < model->sensor_count; k++)
         wanted = wanted || kmp_expr_find(model->sensors[k].expr, is_of_joint, NULL);
     for (int k = 0; k < model->run.until_count; k++)

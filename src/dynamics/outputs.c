@@ -9,6 +9,7 @@
 #include "dynamics/equations.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/joint_loads.h"
+#include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -216,6 +217,12 @@ static void show_section(kmp_equations *eq, int point)
     eq->outputs.shown_count += 6;
 }
 
+static void show_bearings(kmp_equations *eq, const kmp_bearing_pair *pair)
+{
+    kmp_bearing_reactions(&eq->tree, pair, eq->outputs.shown + eq->outputs.shown_count);
+    eq->outputs.shown_count += KMP_BEARING_VALUES;
+}
+
 static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     kmp_vec x;
@@ -225,6 +232,9 @@ static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp
         return;
     case KMP_OUTPUT_SECTION:
         show_section(eq, output->index);
+        return;
+    case KMP_OUTPUT_BEARING:
+        show_bearings(eq, &eq->model->bearings[output->index]);
         return;
     case KMP_OUTPUT_FORCE:
         for (int k = 0; k < kmp_output_width(eq->model, output); k++)

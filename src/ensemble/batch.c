@@ -70,11 +70,12 @@ static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
     const kempe_system *system = kmp_mechanisms_system(e->inner);
     kempe_table *results = kmp_tabulate(e->model->context, "results");
     put_result_columns(e, results);
-    if (!results || kmp_tabulate_check(e->model->context, results) != KEMPE_OK)
+    const bool whole = results && kmp_tabulate_check(e->model->context, results) == KEMPE_OK;
+    if (!whole)
         kmp_tabulate_fail(table);
     for (int k = 0; k < e->values->columns; k++) {
         const char *name = e->values->name[k];
-        bool taken = results && kempe_table_find(results, name) >= 0;
+        bool taken = whole && kempe_table_find(results, name) >= 0;
         kmp_tabulate_value(table, system, taken ? KMP_VALUE_PREFIX : "", name);
     }
     put_result_columns(e, table);

@@ -14,6 +14,7 @@
 #include "model/read/reading.h"
 #include "model/read/requests.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>
 #include <math.h>
@@ -307,7 +308,7 @@ static const char *unit_of_expression(kempe_model *copy, adding *a, const kmp_ex
         bool turns = copy->motions[e->index].rotation;
         return e->kind == KMP_EXPR_Q ? (turns ? "rad" : "m") : turns ? "rad/s" : "m/s";
     }
-    if (e->kind == KMP_EXPR_MEASURE)
+    if (e->kind == KMP_EXPR_MEASURE || (e->kind == KMP_EXPR_LAMBDA && e->measure))
         return units[e->measure->kind];
     kmp_text text = {0};
     kmp_expr_fault fault = {0};
@@ -522,7 +523,9 @@ typedef struct reading {
     kmp_added_value *channel;
     const char **name, **unit;
     int *shown;
-    part *bound; /* of limits */
+    part *bound;            /* of limits */
+    const char **loaded[2]; /* joints with a force, with a moment */
+    int loaded_count[2];
 } reading;
 
 /* -- parts of texts ----------------------------------------------------------------------------------- */
@@ -568,24 +571,31 @@ static part whole_of(const char *text)
     return (part){text, text ? strlen(text) : 0, 1};
 }
 
-static int count_items(const char *text)
+/* Words for the loads of all joints, and the measure of each. */
+static const struct {
+    const char *all, *one;
+} loads_words[2] = {{"(reactions)", "reaction"}, {"(moments)", "moment"}};
+
+/* The place of such a word in an item, and which it is; the length of the item: there is none. */
+static size_t find_loads(part item, int *which)
 {
-    part rest = whole_of(text), item;
-    int count = 0;
-    while (next_item(&rest, &item))
-        count++;
-    return count;
+    for (*which = 0; *which < 2; ++*which) {
+        const size_t length = strlen(loads_words[*which].all);
+        for (size_t k = 0; k + length <= item.length; k++)
+            if (strncmp(item.s + k, loads_words[*which].all, length) == 0)
+                return k;
+    }
+    return item.length;
 }
 
-/* Hands each item of a list to `add`; `label` names the list in messages. */
-static kempe_status each_item(reading *r, const char *text, const char *label,
-                              kempe_status (*add)(reading *r, part item))
+/* The items of a list, each load of all joints as one of each joint. */
+static int count_items(const reading *r, const char *text)
 {
     part rest = whole_of(text), item;
-    r->label = label;
+    int count = 0, which;
     while (next_item(&rest, &item))
-        KMP_TRY(add(r, item));
-    return KEMPE_OK;
+        count += find_loads(item, &which) < item.length ? r->loaded_count[which] : 1;
+    return count;
 }
 
 static const char *copy_of(reading *r, part p)
@@ -597,6 +607,39 @@ static kempe_status complain(const reading *r, part p, const char *sentence)
 {
     return kmp_fail(r->context, KEMPE_E_ARGUMENT, "%s:1:%d: '%.*s': %s", r->label, p.column, (int)p.length, p.s,
                     sentence);
+}
+
+/* Hands max(reactions) to `add` as max(reaction(JOINT).size) of each joint. */
+static kempe_status add_each_load(reading *r, part item, size_t place, int which,
+                                  kempe_status (*add)(reading *r, part item))
+{
+    const size_t end = place + strlen(loads_words[which].all);
+    if (memchr(item.s, '=', place))
+        return complain(r, item, "it has a value of each joint: leave out the name");
+    if (r->loaded_count[which] == 0)
+        return complain(r, item, "the model has no joint whose load is known");
+    for (int k = 0; k < r->loaded_count[which]; k++) {
+        const char *one =
+            kmp_arena_printf(&r->list->arena, "%.*s(%s(%s).size)%.*s", (int)place, item.s, loads_words[which].one,
+                             r->loaded[which][k], (int)(item.length - end), item.s + end);
+        KMP_TRY(kmp_made(r->context, one));
+        KMP_TRY(add(r, (part){one, strlen(one), item.column}));
+    }
+    return KEMPE_OK;
+}
+
+/* Hands each item of a list to `add`; `label` names the list in messages. */
+static kempe_status each_item(reading *r, const char *text, const char *label,
+                              kempe_status (*add)(reading *r, part item))
+{
+    part rest = whole_of(text), item;
+    int which;
+    r->label = label;
+    while (next_item(&rest, &item)) {
+        const size_t place = find_loads(item, &which);
+        KMP_TRY(place < item.length ? add_each_load(r, item, place, which, add) : add(r, item));
+    }
+    return KEMPE_OK;
 }
 
 /* -- quantities --------------------------------------------------------------------------------------- */
@@ -825,14 +868,33 @@ static bool add_arguments(reading *r, const kmp_added_arguments *arguments)
     return true;
 }
 
+/* The joints of which loads of all joints are. */
+static kempe_status list_loaded(reading *r, const kempe_model *model)
+{
+    for (int k = 0; k < 2; k++) {
+        r->loaded[k] = KMP_ARENA_NEW(&r->list->arena, const char *, model->body_count + model->closure_count);
+        KMP_TRY(kmp_made(r->context, r->loaded[k]));
+        r->loaded_count[k] = kmp_reactions_name(model, k == 1, r->loaded[k]);
+    }
+    return KEMPE_OK;
+}
+
+static bool has_items(const char *text)
+{
+    part rest = whole_of(text), item;
+    return next_item(&rest, &item);
+}
+
 static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, const char *quantities,
                              const char *limits)
 {
-    int most_limits = count_items(limits), most = count_items(quantities) + most_limits;
-    if (most == 0)
+    reading r = {.list = list, .context = model->context};
+    KMP_TRY(list_loaded(&r, model));
+    const int most_limits = count_items(&r, limits), most = count_items(&r, quantities) + most_limits;
+    if (!has_items(quantities) && !has_items(limits))
         return KEMPE_OK;
     KMP_TRY(kmp_variant_new(model, 0, NULL, &list->variant));
-    reading r = {.list = list, .context = model->context, .copy = kmp_variant_model(list->variant)};
+    r.copy = kmp_variant_model(list->variant);
     KMP_TRY(kmp_made(model->context,
                      KMP_ARENA_MAKE(&list->arena, KMP_ROOM(kmp_run_quantity, most, &r.of),
                                     KMP_ROOM(kmp_added_value, most, &r.channel), KMP_ROOM(int, most, &r.shown),
@@ -840,6 +902,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
                                     KMP_ROOM(part, most_limits, &r.bound),
                                     KMP_ROOM(kmp_quantity_limit, most_limits, &list->limit))));
     KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
+    list->requested = list->run.count;
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
     kmp_added_arguments arguments;
     KMP_TRY(add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));

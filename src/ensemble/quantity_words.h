@@ -2,8 +2,8 @@
 /* Quantities of a run as users write them, and limits on them (docs/ensemble.md). */
 #pragma once
 
-#include "ensemble/quantities/run_quantities.h"
 #include "model/data/variant.h"
+#include "output/quantities/run_quantities.h"
 
 /** A limit on a value: it passes where sign (value - bound) < 0, or is 0 where `or_equal`. */
 typedef struct kmp_quantity_limit {
@@ -16,6 +16,7 @@ typedef struct kmp_quantity_limit {
 typedef struct kmp_quantity_list {
     kmp_arena arena;
     kmp_variant *variant; /* a copy of the model whose outputs are the channels; NULL without quantities */
+    int requested;        /* quantities that are not only of limits: the first ones */
     kmp_run_quantities run;
     const char *words, *limit_words; /* as they were given, "" without */
     const char **name, **unit;       /* of each value */

@@ -61,27 +61,59 @@ static const char *note_of_clearance(kmp_reactions *r, const char *joint)
     return NULL;
 }
 
+/* A joint of the tree that constrains something: whether it has a force, and a moment. False for one that is a closure,
+ * or constrains nothing. */
+static bool joint_has(const kempe_model *model, int body, bool has[2])
+{
+    const kmp_body *b = &model->bodies[body];
+    int moving[2] = {0, 0}, first = kmp_joint_first_free(b);
+    for (int k = first; k < first + kmp_joint_free_count(b); k++)
+        moving[model->motions[k].rotation]++;
+    for (int k = 0; k < 2; k++)
+        has[k] = moving[k] < 3;
+    return (has[0] || has[1]) && kmp_name_find(KMP_NAMED(model, closure), b->joint) < 0;
+}
+
+/* A closure that is in the table of reactions. */
+static bool is_listed(const kmp_closure *closure)
+{
+    return !kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock;
+}
+
+int kmp_reactions_name(const kempe_model *model, bool moment, const char **names)
+{
+    int count = 0;
+    bool has[2];
+    for (int b = 1; b < model->body_count; b++)
+        if (joint_has(model, b, has) && has[moment] && !kmp_joint_obstacle(model, b) && !model->bodies[b].coupling)
+            names[count++] = model->bodies[b].joint;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure_parts *kind = kmp_closure_parts_of(model->closures[c].kind);
+        const int rows = (moment ? kind->moment : kind->force)->rows;
+        if (is_listed(&model->closures[c]) && rows > 0 && kind->force->load != kmp_part_effort)
+            names[count++] = model->closures[c].name;
+    }
+    return count;
+}
+
 /* Of a joint of the tree, unless it is a closure or constrains nothing; `place`: of its load, -1: it is not known. */
 static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body, int place)
 {
     const kempe_model *model = r->system->model;
     const kmp_body *b = &model->bodies[body];
-    int moving[2] = {0, 0}, first = kmp_joint_first_free(b);
-    for (int k = first; k < first + kmp_joint_free_count(b); k++)
-        moving[model->motions[k].rotation]++;
-    if ((moving[0] >= 3 && moving[1] >= 3) || kmp_name_find(KMP_NAMED(model, closure), b->joint) >= 0)
+    bool has[2];
+    if (!joint_has(model, body, has))
         return;
     kmp_reaction *made = add(r, b->joint, "joint");
     made->body = body;
     made->place = place;
-    for (int k = 0; k < 2; k++)
-        made->has[k] = moving[k] < 3;
+    memcpy(made->has, has, sizeof has);
     if (loads->obstacle[body])
         made->note = kmp_arena_printf(
             &r->arena, "not known, because friction '%s' rolls along no length that is a function of the coordinates",
             loads->obstacle[body]->name);
     else if (made->place < 0)
-        made->note = moving[0] + moving[1] == 0
+        made->note = kmp_joint_free_count(b) == 0
                          ? "not known, because bodies that are welded are one; 'cut: yes' gives it"
                          : "not known, because translations are before and after a rotation";
     else
@@ -165,8 +197,7 @@ kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, co
     }
     for (int c = 0; r->of && c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
-        if (!kmp_closure_is_of_modes(closure) && closure->kind != KMP_CLOSURE_lock &&
-            (drives || !kmp_closure_is_drive(closure)))
+        if (is_listed(closure) && (drives || !kmp_closure_is_drive(closure)))
             add_closure(r, c);
     }
     return kmp_made(system->context, !r->arena.failed);
@@ -176,12 +207,22 @@ KMP_CLEARS(kmp_reactions, reactions, kmp_arena_free(&reactions->arena))
 
 /* -- rows ----------------------------------------------------------------------------------------------- */
 
-static void take(kmp_reaction_peak *peak, double t, bool effort, const double *x)
+static const double *load_of(const kmp_reaction *of, int k, const double *loads)
 {
-    const double size = effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    return loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k);
+}
+
+double kmp_reaction_size(const kmp_reaction *of, int k, const double *loads)
+{
+    const double *x = load_of(of, k, loads);
+    return of->effort ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+void kmp_reaction_peak_take(kmp_reaction_peak *peak, double t, double size, const double *x, int count)
+{
     if (!isfinite(size) || size <= peak->size * (1 + KMP_PRINT_NOISE))
         return;
-    *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, effort ? NAN : x[1] + 0.0, effort ? NAN : x[2] + 0.0}};
+    *peak = (kmp_reaction_peak){size, t, {x[0] + 0.0, count < 3 ? NAN : x[1] + 0.0, count < 3 ? NAN : x[2] + 0.0}};
 }
 
 void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
@@ -190,11 +231,25 @@ void kmp_reactions_add(kmp_reactions *r, double t, const double *loads)
     if (r->kept)
         memcpy(r->kept + (ptrdiff_t)r->loads * r->rows, loads, (size_t)r->loads * sizeof *loads);
     r->rows++;
+    kmp_reactions_meet(r, t, loads);
+}
+
+void kmp_reactions_meet(kmp_reactions *r, double t, const double *loads)
+{
     for (kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; of->place >= 0 && k < 2; k++)
             if (of->has[k])
-                take(&of->peak[k], t, of->effort,
-                     loads + (ptrdiff_t)KMP_LOAD_VALUES * of->place + (of->effort ? 0 : 3 * k));
+                kmp_reaction_peak_take(&of->peak[k], t, kmp_reaction_size(of, k, loads), load_of(of, k, loads),
+                                       of->effort ? 1 : 3);
+}
+
+void kmp_reactions_take_whole(kmp_reactions *r, const kmp_reactions *whole)
+{
+    r->whole = whole->whole;
+    r->from = whole->from;
+    r->until = whole->until;
+    for (int i = 0; r->whole && i < r->count; i++)
+        memcpy(r->of[i].peak, whole->of[i].peak, sizeof r->of[i].peak);
 }
 
 kempe_status kmp_reactions_keep(kmp_reactions *r, int rows)
@@ -217,9 +272,8 @@ kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared
     return kmp_made(r->system->context, r->not_unique);
 }
 
-/* Shares the loads of a row by least norm, if that is requested and possible; otherwise keeps the reason. */
-static kempe_status share(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads, const kmp_instant *at,
-                          double *values)
+kempe_status kmp_reactions_share(kmp_reactions *r, kmp_evaluator *eval, const kmp_all_loads *loads,
+                                 const kmp_instant *at, double *values)
 {
     const kempe_status status =
         r->least_norm ? kmp_least_norm_loads(eval, at->t, at->q, loads->joints, loads->joint, values) : KEMPE_OK;
@@ -245,7 +299,7 @@ static kempe_status take_rows(kmp_reactions *r, kmp_evaluator *eval, kmp_all_loa
                                 .lambda = kmp_samples_get(rows, KMP_QUANTITY_LAMBDA, row),
                                 .inputs = &inputs};
         memcpy(values, kmp_all_loads_at(loads, &at), (size_t)r->loads * sizeof *values);
-        KMP_TRY(share(r, eval, loads, &at, values));
+        KMP_TRY(kmp_reactions_share(r, eval, loads, &at, values));
         kmp_reactions_add(r, at.t, values);
     }
     return KEMPE_OK;
@@ -483,6 +537,14 @@ static void show_not_unique(kmp_text *text, const kmp_reactions *r)
     kmp_text_free_part(text, &line);
 }
 
+static bool has_impacts(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->force_count; k++)
+        any = any || model->forces[k].kind == KMP_FORCE_TOUCH;
+    return any;
+}
+
 void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *others)
 {
     joint_lines t = {.r = r};
@@ -498,12 +560,16 @@ void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *othe
     find_width(&t);
     find_noise(&t);
     kmp_text_put(text, "\njoint reactions, on the second body, in ground axes");
-    if (r->rows > 1)
+    const bool vectors = r->rows == 1 && !r->whole;
+    if (r->whole)
+        kmp_text_printf(text, ": the largest of the motion from %.6g to %.6g s%s", r->from, r->until,
+                        has_impacts(r->system->model) ? ", without impacts" : "");
+    else if (r->rows > 1)
         kmp_text_printf(text, ": the largest of %d rows", r->rows);
     kmp_text_put(text, "\n");
-    if (shown > 0 && r->rows > 1)
+    if (shown > 0 && !vectors)
         show_peaks(text, &t);
-    for (int k = 0; shown > 0 && r->rows == 1 && k < 2; k++)
+    for (int k = 0; shown > 0 && vectors && k < 2; k++)
         show_vectors(text, &t, k);
     if (known > shown)
         kmp_text_printf(text, "  and %d smaller ones: %s\n", known - shown, others);
@@ -528,6 +594,9 @@ static void json_peak(kmp_json *json, const char *key, const kmp_reaction *of, i
 
 void kmp_reactions_json(kmp_json *json, const kmp_reactions *r)
 {
+    if (r->whole)
+        kmp_json_put(json, "reaction_peaks { of %s from %g until %g }",
+                     kmp_reaction_peaks_word(KMP_REACTION_PEAKS_MOTION), r->from, r->until);
     kmp_json_array(json, "reactions");
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
         kmp_json_put(json, "{ joint %s kind %s", of->name, of->kind);

@@ -14,6 +14,9 @@ typedef struct kmp_reaction_peak {
     double size, t, x[3]; /* NaN: the joint has none */
 } kmp_reaction_peak;
 
+/** Takes a size with its vector of `count` numbers, 1 or 3, if it is larger. */
+void kmp_reaction_peak_take(kmp_reaction_peak *peak, double t, double size, const double *x, int count);
+
 typedef struct kmp_reaction {
     const char *name, *kind; /* "joint": of the tree; otherwise the word of a closure */
     int body, closure;       /* whose it is; -1 */
@@ -31,6 +34,8 @@ typedef struct kmp_reactions {
     bool unexamined;        /* which of them are unique, because that takes too long */
     bool least_norm;        /* of the reactions that are not unique */
     const char *instead;    /* why they belong to one solution, although the loads of least norm were requested; NULL */
+    bool whole;             /* the largest ones are of the motion from `from` to `until`, not only of rows */
+    double from, until;
     double *last;           /* the loads of the last row */
     double *kept;           /* of all rows, `loads` each; NULL: they are not kept */
     const char *not_unique; /* "A: z, mx; C: mx"; "": all are unique */
@@ -42,8 +47,26 @@ kempe_status kmp_reactions_init(kmp_reactions *reactions, const kempe_system *sy
                                 bool drives);
 void kmp_reactions_free(kmp_reactions *reactions);
 
+/** Names the joints of a model that have a force or a moment which its equations give, without efforts of drives; room
+ * for body_count + closure_count. Their number. */
+int kmp_reactions_name(const kempe_model *model, bool moment, const char **names);
+
 /** Takes the loads of a row, as kmp_all_loads_at gives them. */
 void kmp_reactions_add(kmp_reactions *reactions, double t, const double *loads);
+
+/** The size of the force (k = 0) or the moment (k = 1) of a joint with a known place, in the loads of an instant. */
+double kmp_reaction_size(const kmp_reaction *of, int k, const double *loads);
+
+/** Takes the loads of an instant between rows. */
+void kmp_reactions_meet(kmp_reactions *reactions, double t, const double *loads);
+
+/** Shares loads of an instant, KMP_LOAD_VALUES of each closure and joint, by least norm if that is requested and
+ * possible; otherwise keeps the reason. KEMPE_E_MEMORY. */
+kempe_status kmp_reactions_share(kmp_reactions *reactions, kmp_evaluator *eval, const kmp_all_loads *loads,
+                                 const kmp_instant *at, double *values);
+
+/** The largest ones of the whole motion between two times take the place of the ones of rows. */
+void kmp_reactions_take_whole(kmp_reactions *reactions, const kmp_reactions *whole);
 
 /** Marks what redundant constraints share. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_mark(kmp_reactions *reactions, const kmp_shared_loads *shared);

@@ -5,6 +5,7 @@
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
 #include "dynamics/joint_loads.h"
+#include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/program_cache.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
@@ -142,6 +143,21 @@ static void add_joint(kmp_all_loads *loads, const kmp_tree *tree, int body, kmp_
         loads->joint[loads->joints++] = body;
 }
 
+/* The forces of bearings, by loads of their joints that are inputs. */
+static bool derive_bearings(kmp_all_loads *loads, const kmp_tree *tree, const double *parameters)
+{
+    const kempe_model *model = tree->model;
+    kmp_ref *out = KMP_ARENA_NEW(&loads->arena, kmp_ref, KMP_BEARING_VALUES * model->bearing_count + 1);
+    for (int b = 0; out && b < model->bearing_count; b++) {
+        kmp_vec load[2];
+        for (int k = 0; k < KMP_LOAD_VALUES; k++)
+            load[k / 3].x[k % 3] = kmp_input(tree->graph, KMP_IN_MU, (uint32_t)(KMP_LOAD_VALUES * b + k));
+        kmp_bearing_forces(tree, &model->bearings[b], load[0], load[1], out + (ptrdiff_t)KMP_BEARING_VALUES * b);
+    }
+    return out && kmp_formulas_init(&loads->bearings, tree->graph, KMP_BEARING_VALUES * model->bearing_count, out,
+                                    kmp_backend_find("tape"), parameters);
+}
+
 static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)
 {
     const kempe_model *model = system->model;
@@ -159,6 +175,7 @@ static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_
         kmp_context_clear(system->context);
     bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
                                 kmp_backend_find("tape"), system->parameters);
+    ok = ok && (loads->bearing_count == 0 || derive_bearings(loads, &eq->tree, system->parameters));
     return kmp_made(system->context, ok);
 }
 
@@ -174,6 +191,8 @@ static void keep(const kmp_all_loads *loads, const kempe_system *system)
     for (int b = 0; b < model->body_count; b++)
         kmp_bytes_put_int(&bytes, loads->obstacle[b] ? loads->obstacle[b] - model->forces : -1);
     kmp_program_put(&bytes, &pool, loads->formulas.program);
+    if (loads->bearing_count > 0)
+        kmp_program_put(&bytes, &pool, loads->bearings.program);
     kmp_program_cache_write(system, kept_as, &bytes);
     kmp_table_pool_free(&pool);
     kmp_bytes_free(&bytes);
@@ -197,25 +216,39 @@ static bool recall(kmp_all_loads *loads, const kempe_system *system)
         loads->obstacle[b] = force >= 0 ? &model->forces[force] : NULL;
     }
     loads->formulas.program = kmp_program_get(&source, &pool);
+    if (loads->bearing_count > 0)
+        loads->bearings.program = kmp_program_get(&source, &pool);
     kmp_table_pool_free(&pool);
     kmp_free(file.whole);
     if (!source.failed && source.at == source.end)
         return true;
     kmp_formulas_free(&loads->formulas);
+    kmp_formulas_free(&loads->bearings);
     loads->joints = 0;
     return false;
 }
 
-kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+static void find_places(kmp_all_loads *loads, const kempe_model *model)
 {
-    *loads = (kmp_all_loads){0};
-    loads->joint = KMP_ARENA_NEW(&loads->arena, int, system->model->body_count);
-    loads->obstacle = KMP_ARENA_NEW(&loads->arena, const kmp_force *, system->model->body_count);
-    KMP_TRY(kmp_made(system->context, !loads->arena.failed));
-    if (system->has_key && recall(loads, system))
-        return kmp_made(system->context,
-                        kmp_formulas_prepare(&loads->formulas, kmp_backend_find("tape"), system->parameters));
-    /* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
+    for (int b = 0; b < loads->bearing_count; b++) {
+        loads->bearing[b] = model->bearings[b].closure;
+        for (int k = 0; k < loads->joints && model->bearings[b].closure < 0; k++)
+            if (loads->joint[k] == model->bearings[b].body)
+                loads->bearing[b] = model->closure_count + k;
+    }
+}
+
+/* The programs that an earlier process has kept. */
+static bool prepare(kmp_all_loads *loads, const kempe_system *system)
+{
+    const kmp_backend *tape = kmp_backend_find("tape");
+    return kmp_formulas_prepare(&loads->formulas, tape, system->parameters) &&
+           (loads->bearing_count == 0 || kmp_formulas_prepare(&loads->bearings, tape, system->parameters));
+}
+
+/* Multipliers have the numbers of the system, which has the rows of friction and contacts. */
+static kempe_status make(kmp_all_loads *loads, const kempe_system *system)
+{
     const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, system->model, &request));
@@ -227,13 +260,42 @@ kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system
     return KEMPE_OK;
 }
 
+kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    *loads = (kmp_all_loads){.bearing_count = model->bearing_count};
+    loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
+    loads->obstacle = KMP_ARENA_NEW(&loads->arena, const kmp_force *, model->body_count);
+    loads->bearing = KMP_ARENA_NEW(&loads->arena, int, model->bearing_count + 1);
+    loads->carried = KMP_ARENA_NEW(&loads->arena, double, KMP_LOAD_VALUES * model->bearing_count + 1);
+    KMP_TRY(kmp_made(system->context, !loads->arena.failed));
+    if (system->has_key && recall(loads, system))
+        KMP_TRY(kmp_made(system->context, prepare(loads, system)));
+    else
+        KMP_TRY(make(loads, system));
+    find_places(loads, model);
+    return KEMPE_OK;
+}
+
 void kmp_all_loads_free(kmp_all_loads *loads)
 {
     kmp_formulas_free(&loads->formulas);
+    kmp_formulas_free(&loads->bearings);
     kmp_arena_free(&loads->arena);
 }
 
 const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at)
 {
     return kmp_formulas_at(&loads->formulas, at);
+}
+
+const double *kmp_all_loads_bearings(kmp_all_loads *loads, const kmp_instant *at, const double *values)
+{
+    kmp_instant here = *at;
+    for (int b = 0; b < loads->bearing_count; b++)
+        for (int k = 0; k < KMP_LOAD_VALUES; k++)
+            loads->carried[KMP_LOAD_VALUES * b + k] =
+                loads->bearing[b] < 0 ? NAN : values[KMP_LOAD_VALUES * loads->bearing[b] + k];
+    here.mu = loads->carried;
+    return kmp_formulas_at(&loads->bearings, &here);
 }

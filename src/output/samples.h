@@ -60,6 +60,10 @@ typedef struct kmp_all_loads {
     int joints, *joint;         /* bodies whose joints have a separate load, in the order of the model */
     const kmp_force **obstacle; /* body_count: the element because of which the load of its joint is not known */
     kmp_formulas formulas;
+    int bearing_count;     /* pairs of bearings of the model */
+    int *bearing;          /* of each, the place of the load of its joint; -1: it is not known */
+    kmp_formulas bearings; /* of all, by the loads of their joints */
+    double *carried;       /* these loads */
     kmp_arena arena;
 } kmp_all_loads;
 
@@ -69,3 +73,7 @@ void kmp_all_loads_free(kmp_all_loads *loads);
 
 /** KMP_LOAD_VALUES of each closure, then of each of `joint`; qd and qdd count where there are joints. */
 const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at);
+
+/** KMP_BEARING_VALUES of each pair of bearings at an instant, by all loads there (`values`, as kmp_all_loads_at gives
+ * them, or shared otherwise). Valid until the next call. */
+const double *kmp_all_loads_bearings(kmp_all_loads *loads, const kmp_instant *at, const double *values);

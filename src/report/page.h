@@ -60,6 +60,8 @@ typedef struct kmp_result_page {
     int left_out;                 /* outputs that are not in the table */
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
     kempe_table *reactions;       /* of the joints; NULL: none */
+    double peaks[2];              /* the times between which they are the largest of the motion; equal: of rows */
+    kempe_table *bearings;        /* their loads; NULL: none */
 
     int record_count; /* runs over time; tables without rows are not shown */
     kmp_record *records;

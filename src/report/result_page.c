@@ -325,14 +325,15 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
 }
 
 /* The table as columns with names and units, and rows of cells. */
-static void put_reactions(kmp_json *json, const kempe_table *table)
+static void put_table(kmp_json *json, const char *key, const kempe_table *table)
 {
     const int columns = kempe_table_column_count(table);
     if (kempe_table_row_count(table) == 0) {
-        kmp_json_string(json, "reactions", NULL);
+        kmp_json_string(json, key, NULL);
         return;
     }
-    kmp_json_put(json, "reactions { columns [");
+    kmp_json_object(json, key);
+    kmp_json_put(json, "columns [");
     for (int c = 0; c < columns; c++)
         kmp_json_string(json, NULL, kempe_table_column_name(table, c));
     kmp_json_put(json, "] units [");
@@ -362,7 +363,11 @@ static void put(kmp_result_page *page)
     put_owners(json, page->system->model);
     kmp_json_put(json, "separate %i locked %i", page->separate, page->locked);
     kmp_statistics_put(json, "statistics", page->statistics);
-    put_reactions(json, page->reactions);
+    put_table(json, "reactions", page->reactions);
+    if (page->peaks[1] > page->peaks[0])
+        kmp_json_numbers(json, "reaction_peaks", 2, page->peaks);
+    if (kempe_table_row_count(page->bearings) > 0)
+        put_table(json, "bearings", page->bearings);
     put_parameters(json, page->system->model);
     put_files(json, page->system->model);
 }

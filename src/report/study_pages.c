@@ -29,6 +29,7 @@
 #include "report/result_page.h"
 #include "report/vehicle_drawing.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory_print.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -610,6 +611,11 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     kmp_context_clear(page->context); /* a run that fails has failed again */
     KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_trajectory_table(t, "reactions", &page->reactions));
+    KMP_TRY(kempe_trajectory_table(t, "bearings", &page->bearings));
+    if (t->watch) {
+        page->peaks[0] = kmp_reaction_watch_found(t->watch)->from;
+        page->peaks[1] = kmp_reaction_watch_found(t->watch)->until;
+    }
     kmp_page_set_outcome(page, kempe_trajectory_outcome(t), t->reason, t->warnings,
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,

@@ -246,6 +246,31 @@ class Graphs(Case):
         forces = self.object(0, "equilibrium", path)["reaction"]
         self.assertAlmostEqual(forces["hL"][2] + forces["hR"][2], 68.67, delta=1e-9)
 
+    def test_bearings_that_share(self):
+        """The same hinges with bearings: text and JSON mark that their loads are not unique; of least norm both have half of the weight."""
+        text = ("kempe: 1\ngravity: [0, 0, -10]\nground: {points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}\n"
+                "bodies: {b: {mass: 7, com: [0, 0, -0.3], inertia: {xx: 0.2, yy: 0.6, zz: 0.5}, points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}}\n"
+                "joints: {hL: {revolute: [ground.L, b.L], axis: x}, hR: {revolute: [ground.R, b.R], axis: x}}\n"
+                "bearings: {left: {joint: hL, at: [-10 mm, 10 mm]}, right: {joint: hR, at: [-10 mm, 10 mm]}}\n"
+                "run: {t_end: 0.1, outputs: [bearing(left)]}\n")
+        path = self.model(text)
+        done = self.expect(0, "simulate", path)
+        self.assertIn("joint reactions, on the second body, in ground axes: the largest of the motion from 0 to 0.1 s", done.stdout)
+        self.assertRegex(done.stdout, r"\n  left 1 \*  .*\n  left 2 \*  .*\n  right 1 \*  .*\n  right 2 \*  ")
+        self.assertIn("loads that are not unique: bearing(left)", done.stderr)
+        least = self.object(0, "simulate", path, "--loads", "least-norm")
+        self.assertEqual([(one["bearings"], one["bearing"], one["unique"]) for one in least["bearings"]],
+                         [("left", 1, False), ("left", 2, False), ("right", 1, False), ("right", 2, False)])
+        forces = [sum(one["radial"]["components"][2] for one in least["bearings"][k:k + 2]) for k in (0, 2)]
+        for force in forces:
+            self.assertAlmostEqual(force, 35, delta=1e-9)
+        shown = least["outputs"]["bearing(left)"]
+        self.assertAlmostEqual(shown[2] + shown[5], 35, delta=1e-9)
+        self.assertIn("unknown value of reaction_peaks 'all'; available: rows, motion",
+                      self.expect(3, "simulate", path, "--reaction-peaks", "all").stderr)
+        path = self.model(text.replace("joint: hR", "joint: hX"))
+        self.assertRegex(self.expect(2, "simulate", path).stderr, r"6:\d+: bearings 'right': unknown joint 'hX'; did you mean 'hL'\?")
+
     def test_start_of_cut_joints(self):
         """The assembly mode is that of the start values, also of a joint that is cut; rates that loops contradict are told."""
         path = self.model(SIX_BAR.read_text().replace("start: {q: {", "start: {q: {B: 1, "))

@@ -467,11 +467,63 @@ static kempe_status settle_modes(scene *s)
     return status;
 }
 
+/* A door whose hinges share its load: its bearings, told in all ways, and a quantity of all joints. */
+static kempe_status carry(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {a: 0.4}\nground: {points: {L: [0, 0, 0], U: [0, 0, 2]}}\n"
+        "bodies:\n  door: {joint: {name: low, revolute: z, at: ground.L}, mass: 20, com: [a, 0, 1], inertia: {zz: 1}, "
+        "points: {U: [0, 0, 2]}}\nloops: {high: {revolute: [ground.U, door.U], axis: z}}\n"
+        "bearings: {main: {joint: low, at: [0, 0.1]}, other: {joint: high, at: [0, 0.1]}}\n"
+        "run: {t_end: 0.02, outputs: [bearing(main)]}\n";
+    const kempe_run_options run = {.loads = "least-norm", .no_convergence_check = 1};
+    const kempe_ensemble_options ask = {.quantities = "max(reaction(low).size), max(bearing(main).1.size)"},
+                                 all = {.quantities = "max(reactions)", .limits = "rms(moments) < 1"};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_trajectory *t = NULL;
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    kempe_table *table = NULL;
+    kempe_status status = kempe_model_read_text(s->context, text, "door.yaml", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = kempe_simulate(system, &run, &t);
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        char *told = NULL;
+        status = kempe_trajectory_print(t, (kempe_format)format, &told);
+        untouched(status, told);
+        kempe_text_free(told);
+    }
+    if (status == KEMPE_OK)
+        status = write_table(s, kempe_trajectory_table(t, "bearings", &table), &table);
+    if (status == KEMPE_OK)
+        status = kempe_values_new(model, 1, (const char *const[]){"a"}, 1, (const double[]){0.3}, &values);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new_with(model, values, &ask, &ensemble);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    values = NULL;
+    ensemble = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_values_new(s->model, 1, (const char *const[]){"crank"}, 1, (const double[]){0.3}, &values);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new_with(s->model, values, &all, &ensemble);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    kempe_trajectory_free(t);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 static const named_stage stages[] = {{"equilibria", find_equilibria},
                                      {"exchanged", exchange_unknowns},
                                      {"no equilibrium", find_none},
                                      {"kinematics", lead_rocker},
                                      {"balance", balance},
+                                     {"bearings", carry},
                                      {"ensemble", run_ensemble},
                                      {"mechanisms", run_mechanisms},
                                      {"modes", find_modes},

@@ -202,8 +202,10 @@ static const struct {
     {"kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
      "    flexible: {beam: {length: 1, young: 70 GPa, density: 2700, section: {rectangle: [4 mm, 20 mm]}}, shapes: {y: "
      "2}}\n"
-     "    points: {tip: {station: 1}, mid: {station: 0.5, offset: [0, 2 mm, 0]}}\n",
-     "deflection(rod.tip), section(rod.mid), section_by_shapes(rod.mid), stress(rod.mid), q, qd, qdd, energy"}};
+     "    points: {tip: {station: 1}, mid: {station: 0.5, offset: [0, 2 mm, 0]}}\n"
+     "bearings: {main: {joint: A, at: [-10 mm, 20 mm]}}\n",
+     "bearing(main), deflection(rod.tip), section(rod.mid), section_by_shapes(rod.mid), stress(rod.mid), q, qd, qdd, "
+     "energy"}};
 
 static void every_output(void)
 {

@@ -2,8 +2,8 @@
 /* Parts of a step in the account of quantities: kinks, waves, pulses and jumps within one step against closed forms,
  * the number of states that they need, and what ends at the bound of work. */
 #include "base/text.h"
-#include "ensemble/quantities/run_quantities.h"
-#include "ensemble/quantities/smooth_piece.h"
+#include "output/quantities/run_quantities.h"
+#include "output/quantities/smooth_piece.h"
 #include "testing.h"
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Polynomials through Chebyshev's points: exact for polynomials of degree 8; integral, extremes and zeros of functions
  * whose own are known; a kink that is found to be none. */
-#include "ensemble/quantities/smooth_piece.h"
+#include "output/quantities/smooth_piece.h"
 #include "testing.h"
 
 static const double PI = 3.14159265358979323846;

@@ -2,6 +2,7 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "base/clones.h"
+#include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
@@ -150,6 +151,35 @@ static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
     return kmp_binary(g, KMP_OP_ATAN2, kmp_vec_dot(g, w, across), kmp_sub(g, along, common));
 }
 
+/* A force or a moment of a closure or a joint. */
+static kmp_vec load_of(const kmp_tree *tree, const kmp_measure *measure)
+{
+    const bool moment = measure->kind == KMP_MEASURE_MOMENT || measure->kind == KMP_MEASURE_JOINT_MOMENT;
+    const bool joint = measure->kind == KMP_MEASURE_JOINT_REACTION || measure->kind == KMP_MEASURE_JOINT_MOMENT;
+    const int of = measure->argument[0].closure;
+    if (joint)
+        return tree->reactions.joints ? tree->reactions.of_joint(tree, of, moment) : kmp_vec_zero();
+    return tree->reactions.of_closure ? tree->reactions.of_closure(tree, of, moment) : kmp_vec_zero();
+}
+
+/* A component of a vector, or its size. */
+static kmp_ref component(const kmp_tree *tree, kmp_vec v, int number)
+{
+    if (number < KMP_MEASURE_SIZE)
+        return v.x[number];
+    return kmp_sqrt(tree->graph, kmp_vec_dot(tree->graph, v, v));
+}
+
+KMP_NOINLINE static kmp_ref bearing_value(const kmp_tree *tree, const kmp_bearing_pair *pair, int number)
+{
+    kmp_ref values[KMP_BEARING_VALUES];
+    kmp_bearing_reactions(tree, pair, values);
+    if (number < KMP_BEARING_VALUES)
+        return values[number];
+    const kmp_ref *radial = values + 3 * (number - KMP_BEARING_VALUES);
+    return component(tree, (kmp_vec){{radial[0], radial[1], radial[2]}}, KMP_MEASURE_SIZE);
+}
+
 /* A measure of expressions, component `number` of it. */
 static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number)
 {
@@ -176,16 +206,14 @@ static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, in
         return kmp_bearing_load_measure(tree, measure->kind, of[0].name);
     case KMP_MEASURE_REACTION:
     case KMP_MEASURE_MOMENT:
-        return tree->reactions.of_closure
-                   ? tree->reactions.of_closure(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]
-                   : KMP_ZERO;
     case KMP_MEASURE_JOINT_REACTION:
     case KMP_MEASURE_JOINT_MOMENT:
-        return tree->reactions.joints
-                   ? tree->reactions.of_joint(tree, of[0].closure, measure->kind == KMP_MEASURE_JOINT_MOMENT).x[number]
-                   : KMP_ZERO;
+        return component(tree, load_of(tree, measure), number);
+    case KMP_MEASURE_BEARING:
+        return bearing_value(tree, &tree->model->bearings[of[0].closure], number);
     default:
-        return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
+        return component(
+            tree, kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1), number);
     }
 }
 

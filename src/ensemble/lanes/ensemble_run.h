@@ -11,8 +11,8 @@
  * from its start where lanes do not support the mechanism: other integrators, large systems. */
 #pragma once
 
-#include "ensemble/quantities/run_quantities.h"
 #include "integrators/run/run.h"
+#include "output/quantities/run_quantities.h"
 
 typedef struct kmp_ensemble kmp_ensemble;
 

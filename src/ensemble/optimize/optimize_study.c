@@ -271,6 +271,11 @@ static kempe_status derive(kmp_objective *o, const kempe_model *model, const cha
     KMP_TRY(kempe_ensemble_new_with(model, o->values, &ask, &o->ensemble));
     o->list = kmp_ensemble_quantities(o->ensemble);
     int quantities = o->list->run.count;
+    if (o->list->requested != 1)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT,
+                        "'%s' has %d values, and one is minimized or maximized: name one joint, and give the others as "
+                        "limits",
+                        quantity, o->list->requested);
     KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, o->list->run.channels, &o->column),
                                                 KMP_ROOM(double, quantities + 1, &o->time),
                                                 KMP_ROOM(double, ROWS *quantities + 1, &o->times),

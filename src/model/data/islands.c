@@ -370,9 +370,11 @@ static kempe_model *begin_model(const kempe_model *m, kmp_arena *arena)
     to->shapes = NULL;
     to->outputs = NULL;
     to->sensors = NULL;
+    to->bearings = NULL;
     to->cut_coordinates = NULL;
     to->cuts = NULL;
     to->point_count = to->shape_count = to->output_count = to->sensor_count = to->cut_count = 0;
+    to->bearing_count = 0;
     to->body_count = to->motion_count = to->closure_count = to->force_count = to->cut_coordinate_count = 0;
     to->start.goals = NULL;
     to->start.goal_count = 0;

@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "base/cache/digest.h"
+#include "model/data/bearing_pair.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/flexible.h"
@@ -100,6 +101,8 @@ struct kempe_model {
     int force_count;
     kmp_sensor *sensors;
     int sensor_count;
+    kmp_bearing_pair *bearings;
+    int bearing_count;
     kmp_start start;
     kmp_run_settings run;
     kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */

@@ -98,6 +98,9 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
             if (force->matrix->given[i])
                 visit(&w, force->name, kmp_bushing_keys[i], KMP_BUSHING_SIZE * KMP_BUSHING_SIZE, force->matrix->of[i]);
     }
+    for (int k = 0; k < model->bearing_count; k++)
+        for (int i = 0; i < 2; i++)
+            visit(&w, model->bearings[k].name, "at", 1, &model->bearings[k].at[i]);
     for (int k = 0; k < model->wheel_count; k++)
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
             visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,

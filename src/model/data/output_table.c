@@ -117,6 +117,8 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
         return KMP_NAMED(model, force);
     case KMP_OUTPUT_OF_SENSOR:
         return KMP_NAMED(model, sensor);
+    case KMP_OUTPUT_OF_BEARING:
+        return KMP_NAMED(model, bearing);
     case KMP_OUTPUT_OF_WHEEL:
         return KMP_NAMED(model, wheel);
     case KMP_OUTPUT_OF_NOTHING:
@@ -175,6 +177,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
     static const char *const loads[] = {"N", "Vy", "Vz", "Mx", "My", "Mz"};
+    static const char *const bearings[KMP_BEARING_VALUES] = {"1.x", "1.y", "1.z", "2.x", "2.y", "2.z", "axial"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
     kmp_text argument = {0};
@@ -186,6 +189,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", energies[k]);
     else if (output->kind == KMP_OUTPUT_SECTION || output->kind == KMP_OUTPUT_STRAINED)
         kmp_text_printf(text, ".%s", loads[output->kind == KMP_OUTPUT_SECTION ? k : 3 + k]);
+    else if (output->kind == KMP_OUTPUT_BEARING)
+        kmp_text_printf(text, ".%s", bearings[k]);
     else if (output->kind == KMP_OUTPUT_AXES)
         kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)

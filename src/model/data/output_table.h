@@ -21,6 +21,7 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_POINT,
     KMP_OUTPUT_OF_FORCE,
     KMP_OUTPUT_OF_SENSOR,
+    KMP_OUTPUT_OF_BEARING,
     KMP_OUTPUT_OF_WHEEL
 } kmp_output_argument;
 

@@ -13,8 +13,15 @@ static const char *const change_points_words[KMP_CHANGE_POINTS_COUNT] = {
 #undef KMP_CHANGE_POINTS
 };
 
+static const char *const reaction_peaks_words[KMP_REACTION_PEAKS_COUNT] = {
+#define KMP_REACTION_PEAKS(id, word) word,
+#include "model/data/reaction_peaks.def"
+#undef KMP_REACTION_PEAKS
+};
+
 const kmp_name_list kmp_dynamics_words = {dynamics_words, sizeof(char *), KMP_DYNAMICS_COUNT};
 const kmp_name_list kmp_change_points_words = {change_points_words, sizeof(char *), KMP_CHANGE_POINTS_COUNT};
+const kmp_name_list kmp_reaction_peaks_words = {reaction_peaks_words, sizeof(char *), KMP_REACTION_PEAKS_COUNT};
 
 const char *kmp_dynamics_word(kmp_dynamics dynamics)
 {
@@ -26,6 +33,11 @@ const char *kmp_change_points_word(kmp_change_points what)
     return change_points_words[what];
 }
 
+const char *kmp_reaction_peaks_word(kmp_reaction_peaks where)
+{
+    return reaction_peaks_words[where];
+}
+
 kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint)
 {
     return (kmp_dynamics)kmp_word_find(word, kmp_dynamics_words, "algorithm", complaint);
@@ -34,6 +46,11 @@ kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint)
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint)
 {
     return (kmp_change_points)kmp_word_find(word, kmp_change_points_words, "value of change_points", complaint);
+}
+
+kmp_reaction_peaks kmp_reaction_peaks_find(const char *word, kmp_text *complaint)
+{
+    return (kmp_reaction_peaks)kmp_word_find(word, kmp_reaction_peaks_words, "value of reaction_peaks", complaint);
 }
 
 bool kmp_rows_fit(double every, double t_end, kmp_text *complaint)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The section `run` of a model, and what it shares with the options of runs: words for the algorithm of the dynamics
- * and for the treatment of change points, and the largest number of rows. */
+/* The section `run` of a model, and what it shares with the options of runs: words for the algorithm of the dynamics,
+ * for the treatment of change points and for the place of largest reactions, and the largest number of rows. */
 #pragma once
 
 #include "model/data/place.h"
@@ -20,6 +20,13 @@ typedef enum kmp_change_points {
 #undef KMP_CHANGE_POINTS
     KMP_CHANGE_POINTS_COUNT
 } kmp_change_points;
+
+typedef enum kmp_reaction_peaks {
+#define KMP_REACTION_PEAKS(id, word) KMP_REACTION_PEAKS_##id,
+#include "model/data/reaction_peaks.def"
+#undef KMP_REACTION_PEAKS
+    KMP_REACTION_PEAKS_COUNT
+} kmp_reaction_peaks;
 
 /* The rows of run_options.def that are keys, 0 or NULL where not given: double t_end, long max_steps, const char *form,
  * kmp_change_points change_points, int *independent and its independent_count, .. */
@@ -42,15 +49,17 @@ typedef struct kmp_run_settings {
     kmp_place until_place;
 } kmp_run_settings;
 
-extern const kmp_name_list kmp_dynamics_words, kmp_change_points_words;
+extern const kmp_name_list kmp_dynamics_words, kmp_change_points_words, kmp_reaction_peaks_words;
 
 const char *kmp_dynamics_word(kmp_dynamics dynamics);
 const char *kmp_change_points_word(kmp_change_points what);
+const char *kmp_reaction_peaks_word(kmp_reaction_peaks where);
 
 /** The COUNT when no setting has that name. The message is appended to `complaint` then: the word, the valid words and
  * the nearest one. */
 kmp_dynamics kmp_dynamics_find(const char *word, kmp_text *complaint);
 kmp_change_points kmp_change_points_find(const char *word, kmp_text *complaint);
+kmp_reaction_peaks kmp_reaction_peaks_find(const char *word, kmp_text *complaint);
 
 enum { KMP_MOST_ROWS = 1000000 };
 

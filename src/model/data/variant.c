@@ -306,6 +306,7 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     for (int k = 0; m->forces && k < m->force_count; k++)
         if (m->forces[k].matrix)
             m->forces[k].matrix = COPY(v, m->forces[k].matrix, 1, 0);
+    m->bearings = COPY(v, m->bearings, m->bearing_count, 0);
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);

@@ -59,11 +59,14 @@ typedef enum kmp_measure_kind {
     KMP_MEASURE_KINDS
 } kmp_measure_kind;
 
+/** The number of the size of a vector, after its components x, y and z. */
+enum { KMP_MEASURE_SIZE = 3 };
+
 /** A point of the model, or one of its axes; a contact, a closure or a joint. */
 typedef struct kmp_measure_argument {
     int point;           /* -1: none */
     int axis;            /* 0, 1, 2; -1: the point itself */
-    int closure;         /* of a reaction or moment; the body that a joint of the tree carries */
+    int closure;         /* of a reaction or moment; the body that a joint of the tree carries; a pair of bearings */
     const double *along; /* in place of axis 0, 1, 2: a unit vector in the point's axes; NULL: none */
     const char *name;    /* BODY.POINT, a contact, a closure or a joint, as the model has it */
 } kmp_measure_argument;
@@ -190,7 +193,9 @@ typedef struct kmp_expr_scope {
     bool accelerations;                                   /* accelerations of points are allowed */
     bool jumps;                                           /* floor and wrap are allowed, whose jumps no event locates */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */
-    const kmp_expr_locals *locals;                        /* NULL: none */
+    /* Two bearings: their number, -1: there are none. *name becomes their name in the model. */
+    int (*bearing)(void *user, const char **name);
+    const kmp_expr_locals *locals; /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is required: a < b */

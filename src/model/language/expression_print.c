@@ -39,6 +39,8 @@ static void print_call(kmp_text *text, const kmp_expr *expr, const kmp_expr_name
     kmp_text_put(text, ")");
 }
 
+static const char *const bearing_components[] = {"1.x", "1.y", "1.z", "2.x", "2.y", "2.z", "axial", "1.size", "2.size"};
+
 /* distance(a.P, b.Q), position(b.P).x, axes(b.P).z.x */
 static void print_measure(kmp_text *text, const kmp_measure *measure, int number)
 {
@@ -50,9 +52,15 @@ static void print_measure(kmp_text *text, const kmp_measure *measure, int number
             kmp_text_printf(text, ".%c", "xyz"[argument->axis]);
     }
     kmp_text_put(text, ")");
+    if (measure->kind == KMP_MEASURE_BEARING) {
+        kmp_text_printf(text, ".%s", bearing_components[number]);
+        return;
+    }
     if (measure->components > 3)
         kmp_text_printf(text, ".%c", "xyz"[number / 3]);
-    if (measure->components > 1)
+    if (measure->components == 3 && number == KMP_MEASURE_SIZE)
+        kmp_text_put(text, ".size");
+    else if (measure->components > 1)
         kmp_text_printf(text, ".%c", "xyz"[number % 3]);
 }
 
@@ -87,8 +95,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         break;
     case KMP_EXPR_LAMBDA:
         if (expr->measure)
-            kmp_text_printf(text, "%s(%s).%c", expr->measure->word, kmp_name_at(names->closures, expr->index),
-                            "xyz"[expr->number]);
+            kmp_text_printf(text, "%s(%s).%s", expr->measure->word, kmp_name_at(names->closures, expr->index),
+                            expr->number == KMP_MEASURE_SIZE ? "size"
+                                                             : (const char *const[]){"x", "y", "z"}[expr->number]);
         else if (expr->number < 0)
             kmp_text_printf(text, "|reaction(%s)|", kmp_name_at(names->closures, expr->index));
         else

@@ -6,11 +6,14 @@
 #include "model/language/expression_value.h"
 #include <string.h>
 
-enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT, OF_GEAR };
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT, OF_BEARING, OF_GEAR };
+
+/* Components of the values of bearings. */
+enum { OF_BEARINGS = 7, AXIAL = 6 };
 
 static const struct {
     const char *word;
-    int of; /* axes, points, contacts, loops, joints or gears */
+    int of; /* axes, points, contacts, loops, joints, bearings or gears */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
@@ -121,6 +124,35 @@ static int take_component(kmp_parser *p)
     return at[1] - 'x';
 }
 
+/* `.WORD`, which ends there. */
+static bool take_part(kmp_parser *p, const char *word)
+{
+    const size_t length = strlen(word);
+    if (p->at[0] != '.' || kmp_parse_word_length(p->at + 1) != length || strncmp(p->at + 1, word, length) != 0)
+        return false;
+    p->at += 1 + length;
+    return true;
+}
+
+/* The same, or `.size`: KMP_MEASURE_SIZE. */
+static int take_component_or_size(kmp_parser *p)
+{
+    return take_part(p, "size") ? KMP_MEASURE_SIZE : take_component(p);
+}
+
+/* Of bearings: `.1.x`, `.2.size`, `.axial`; the sizes are after all components. */
+static int take_bearing_component(kmp_parser *p)
+{
+    if (take_part(p, "axial"))
+        return AXIAL;
+    if (p->at[0] != '.' || (p->at[1] != '1' && p->at[1] != '2'))
+        return -1;
+    const int second = p->at[1] == '2';
+    p->at += 2;
+    const int component = take_component_or_size(p);
+    return component < 0 ? -1 : component == KMP_MEASURE_SIZE ? OF_BEARINGS + second : 3 * second + component;
+}
+
 /* BODY.POINT, with axes BODY.POINT.x: false after an error. */
 static bool parse_point_or_axis(kmp_parser *p, const char *word, bool axes, kmp_measure_argument *argument)
 {
@@ -162,6 +194,19 @@ static bool parse_gear(kmp_parser *p, const char *word, kmp_measure_argument *ar
     return found >= 0;
 }
 
+static bool parse_bearings(kmp_parser *p, const char *word, kmp_measure_argument *argument)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
+    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = -1};
+    if (name && p->scope->bearing)
+        argument->closure = p->scope->bearing(p->scope->user, &name);
+    argument->name = name;
+    if (name && argument->closure < 0)
+        kmp_parse_complain(p, start, "%s: the model has no bearings '%s'", word, name);
+    return argument->closure >= 0;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *argument)
 {
     if (rows[kind].of == OF_LOOP) {
@@ -181,6 +226,8 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
     }
     if (rows[kind].of == OF_GEAR)
         return parse_gear(p, rows[kind].word, argument);
+    if (rows[kind].of == OF_BEARING)
+        return parse_bearings(p, rows[kind].word, argument);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)
                                        : parse_point_or_axis(p, rows[kind].word, rows[kind].of == OF_AXIS, argument);
 }
@@ -188,12 +235,18 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
 /* The component of a vector, or of one of three, after the closing parenthesis. */
 static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
 {
-    int count = rows[kind].components, first = count > 1 ? take_component(p) : 0;
-    int second = count > 3 && first >= 0 ? take_component(p) : 0;
-    *number = count > 3 ? 3 * first + second : first;
+    const int count = rows[kind].components;
+    const int first = count == OF_BEARINGS ? take_bearing_component(p)
+                      : count == 3         ? take_component_or_size(p)
+                      : count > 1          ? take_component(p)
+                                           : 0;
+    const int second = count > OF_BEARINGS && first >= 0 ? take_component(p) : 0;
+    *number = count > OF_BEARINGS ? 3 * first + second : first;
     if (first < 0 || second < 0)
-        kmp_parse_complain(p, p->at, "a component is expected here: %s(..)%s.x, for example", rows[kind].word,
-                           count > 3 ? ".z" : "");
+        kmp_parse_complain(p, p->at, "a component is expected here: %s(..)%s, for example", rows[kind].word,
+                           count > OF_BEARINGS    ? ".z.x"
+                           : count == OF_BEARINGS ? ".1.size"
+                                                  : ".x");
     return first >= 0 && second >= 0;
 }
 

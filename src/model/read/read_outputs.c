@@ -30,7 +30,8 @@ static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row 
 {
     static const char *const kinds[] = {
         [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop", [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
-        [KMP_OUTPUT_OF_FORCE] = "force",     [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel"};
+        [KMP_OUTPUT_OF_FORCE] = "force",     [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel",
+        [KMP_OUTPUT_OF_BEARING] = "bearings"};
     const char *kind = kinds[row->argument];
     kmp_name_list names = kmp_output_names(r->model, row->argument);
     int found = kmp_name_find(names, name);
@@ -165,7 +166,7 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
     kmp_reader_complain_near(
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
-        "lambda(LOOP), reaction(LOOP), reaction(JOINT), position(BODY.POINT), velocity(BODY.POINT), "
+        "lambda(LOOP), reaction(LOOP), reaction(JOINT), bearing(BEARINGS), position(BODY.POINT), velocity(BODY.POINT), "
         "acceleration(BODY.POINT), "
         "force(FORCE), gap(CONTACT), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
         node->text);

@@ -174,6 +174,14 @@ static int find_carried(void *user, const char **name, const char **obstacle)
     return body;
 }
 
+static int find_bearings(void *user, const char **name)
+{
+    kmp_reader *r = user;
+    const int k = kmp_name_find(KMP_NAMED(r->model, bearing), kmp_reader_name(r, r->scope, *name));
+    *name = k < 0 ? *name : r->model->bearings[k].name;
+    return k;
+}
+
 static void suggest_closure(kmp_reader *r, const char *name, kmp_text *sentence)
 {
     if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
@@ -251,6 +259,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .joint = of_loads ? find_carried : NULL,
                             .gear = of_state ? find_gear : NULL,
                             .accelerations = of_motion,
+                            .bearing = of_motion ? find_bearings : NULL,
                             .jumps = allowed == KMP_OF_MOTION || allowed == KMP_OF_NEXT,
                             .input = find_input,
                             .state = find_state,

@@ -14,6 +14,7 @@
 #include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
 #include "model/read/read_algebraic.h"
+#include "model/read/read_bearings.h"
 #include "model/read/read_bodies.h"
 #include "model/read/read_closures.h"
 #include "model/read/read_flexible.h"
@@ -148,6 +149,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_late_unknowns(r);
     kmp_read_forces(r);
     kmp_segments_stiffen(r);
+    kmp_read_bearings(r);
     kmp_read_start(r);
     kmp_read_sensors(r);
     kmp_read_run(r);

@@ -35,10 +35,18 @@ kempe_status kmp_request_end(kmp_request *a, kempe_status status)
 /* A component by the end of its column's name: found when the object is known. */
 enum { NAMED = -2 };
 
-/* Removes ".x" from "position(b.P).x", ".total" from "energy.total". -1: the output has all its components. */
+/* The component of a word: ".x" of "position(b.P).x", ".1.x" of "bearing(main).1.x", ".total" of "energy.total"; NULL:
+ * there is none. */
+static const char *find_component(const char *word)
+{
+    const char *close = strrchr(word, ')');
+    return close && close[1] == '.' ? close + 1 : strrchr(word, '.');
+}
+
+/* Removes it. -1: the output has all its components. */
 static int cut_component(char *word)
 {
-    char *dot = strrchr(word, '.');
+    const char *dot = find_component(word);
     if (!dot || dot == word)
         return -1;
     const size_t length = (size_t)(dot - word);
@@ -47,7 +55,7 @@ static int cut_component(char *word)
         cut = kmp_output_stands_alone((kmp_output_kind)k) && kmp_output_rows[k].width > 1 &&
               strlen(kmp_output_rows[k].word) == length && strncmp(word, kmp_output_rows[k].word, length) == 0;
     if (cut)
-        *dot = '\0';
+        word[length] = '\0';
     return cut ? NAMED : -1;
 }
 
@@ -77,12 +85,16 @@ static int component_named(kmp_request *a, const kmp_output *output, const char 
         kmp_reader_complain(&a->r, a->place, "'%s': %s has no components", whole, output_word);
         return -1;
     }
+    /* "bearing(main)" is as long as "bearing.main.", behind which the column has "1.x". */
+    kmp_text printed = {0};
+    kmp_output_print(&printed, &a->model, output);
+    const size_t before = strlen(kmp_reader_take(&a->r, &printed));
     const char **names = KMP_ARENA_NEW(&a->r.scratch, const char *, width);
     for (int k = 0; names && k < width; k++) {
         kmp_text column = {0};
         kmp_output_column(&column, &a->model, output, k);
         const char *name = kmp_reader_take(&a->r, &column), *dot = strrchr(name, '.');
-        names[k] = dot ? dot + 1 : name;
+        names[k] = strchr(word, '.') ? name + before : dot ? dot + 1 : name;
     }
     kmp_text why = {0};
     const char *kind = kmp_reader_say(&a->r, "component of %s", output_word);
@@ -136,7 +148,7 @@ kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_
         for (int k = 0; k < a.count && !a.r.wrong; k++) {
             const kmp_output *output = &a.model.outputs[k];
             if (component[k] == NAMED)
-                component[k] = component_named(&a, output, a.word[k], strrchr(a.word[k], '.') + 1);
+                component[k] = component_named(&a, output, a.word[k], find_component(a.word[k]) + 1);
         }
     }
     copy->arena = a.model.arena;

@@ -419,6 +419,22 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }
 
+/* Models without bearings have no such list. */
+static void put_bearings(kmp_json *json, const kempe_model *model)
+{
+    if (model->bearing_count == 0)
+        return;
+    begin_list(json, "bearings");
+    for (int i = 0; i < model->bearing_count; i++) {
+        const kmp_bearing_pair *pair = &model->bearings[i];
+        kmp_model_json_item(json, NULL);
+        kmp_json_put(json, "name %s joint %s at [ %g %g ] thrust %d life [ %g %g ]", pair->name, pair->joint,
+                     pair->at[0].value, pair->at[1].value, pair->thrust, pair->life[0], pair->life[1]);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_forces(kmp_json *json, const kempe_model *model)
 {
     begin_list(json, "forces");
@@ -428,6 +444,7 @@ static void put_forces(kmp_json *json, const kempe_model *model)
         kmp_json_end(json);
     }
     kmp_json_end(json);
+    put_bearings(json, model);
     kmp_model_json_begin(json, "sensors");
     for (int i = 0; i < model->sensor_count; i++)
         put_expr(json, model->sensors[i].name, model, model->sensors[i].expr);

@@ -54,6 +54,7 @@ const char *const kmp_axis_names[3] = {"x", "y", "z"};
 void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS])
 {
     bool automatic = run->dynamics == KMP_DYNAMICS_AUTO, cross = run->change_points == KMP_CHANGE_POINTS_CROSS;
+    bool of_rows = run->reaction_peaks == KMP_REACTION_PEAKS_ROWS;
     int count = 0;
 #define PUT_NUMBER(name) list[count++] = (kmp_shown_setting){#name, false, (double)run->name, NULL};
 #define PUT_TEXT(name)   list[count++] = (kmp_shown_setting){#name, true, 0, run->name};
@@ -64,6 +65,8 @@ void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_
     list[count++] = (kmp_shown_setting){"algorithm", true, 0, automatic ? NULL : kmp_dynamics_word(run->dynamics)};
     list[count++] =
         (kmp_shown_setting){"change_points", true, 0, cross ? NULL : kmp_change_points_word(run->change_points)};
+    list[count++] =
+        (kmp_shown_setting){"reaction_peaks", true, 0, of_rows ? NULL : kmp_reaction_peaks_word(run->reaction_peaks)};
 }
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)

@@ -42,14 +42,14 @@ bool kmp_closure_has_axes(const kmp_closure *closure);
 /** "x", "y", "z" */
 extern const char *const kmp_axis_names[3];
 
-/** The settings of a run that are a word or a number, with their keys: rows of run_options.def, algorithm and
- * change_points. */
+/** The settings of a run that are a word or a number, with their keys: rows of run_options.def, algorithm,
+ * change_points and reaction_peaks. */
 enum {
 #define KMP_RUN_OPTION(name, type, key, ...) KMP_RUN_IF_KEY_##key(KMP_SETTING_##name, )
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     KMP_SETTINGS_OF_KEYS,
-    KMP_SETTINGS = KMP_SETTINGS_OF_KEYS + 2
+    KMP_SETTINGS = KMP_SETTINGS_OF_KEYS + 3
 };
 typedef struct kmp_shown_setting {
     const char *key;

@@ -374,6 +374,18 @@ static void show_forces(kmp_text *text, const kempe_model *model)
     begin(text, "forces", forces);
     for (int i = 0; i < forces; i++)
         show_force(text, model, &model->forces[i]);
+    begin(text, "bearings", model->bearing_count);
+    for (int i = 0; i < model->bearing_count; i++) {
+        const kmp_bearing_pair *pair = &model->bearings[i];
+        kmp_text_printf(text, "  %s: joint %s", pair->name, pair->joint);
+        put_number(text, ", at ", pair->at[0].value);
+        put_number(text, " and ", pair->at[1].value);
+        put_number(text, ", life ", pair->life[0]);
+        put_number(text, " and ", pair->life[1]);
+        if (pair->thrust > 0)
+            kmp_text_printf(text, ", thrust on %d", pair->thrust);
+        kmp_text_put(text, "\n");
+    }
     begin(text, "sensors", model->sensor_count);
     for (int i = 0; i < model->sensor_count; i++) {
         kmp_text_printf(text, "  %s", model->sensors[i].name);

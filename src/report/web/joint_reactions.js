@@ -42,8 +42,25 @@ function tellReactions() {
         table.append(rowOf(cell(row, "joint") + of + (cell(row, "unique") === 0 ? " *" : ""), ...(numbered ? [digits(cell(row, "equilibrium") + 1)] : []), ...cells));
     }
     const notes = ["On the second body of each joint, in ground axes."];
-    if (!single) notes.push("The largest of all rows.");
+    if (data.reaction_peaks) notes.push(`The largest of the motion from ${digits(data.reaction_peaks[0])} to ${digits(data.reaction_peaks[1])} s, between rows too.`);
+    else if (!single) notes.push("The largest of all rows.");
     if (given.rows.some((row) => cell(row, "unique") === 0)) notes.push("* not unique: redundant constraints share the load.");
     for (const row of given.rows) if (cell(row, "note")) notes.push(`${cell(row, "joint")}: ${cell(row, "note")}.`);
     byId("reactions-note").append(notes.join(" "));
+    tellBearings();
+}
+
+/* The loads of the bearings of a model that has some. */
+function tellBearings() {
+    const given = data.bearings;
+    byId("bearings").hidden = !given;
+    if (!given) return;
+    const at = (name) => given.columns.indexOf(name), titled = (name) => `${name}, ${given.units[at(name)]}`;
+    const largest = Math.max(...given.rows.map((row) => row[at("radial")]).filter(isNumber), 0);
+    const table = byId("bearings-table");
+    table.append(headRow(["bearing", titled("at"), titled("radial"), "at t, s", titled("axial"), "at t, s", titled("equivalent"), "p"]));
+    for (const row of given.rows) {
+        const loads = ["radial", "radial.t", "axial", "axial.t", "equivalent"].map((name) => digits(name.endsWith(".t") ? row[at(name)] : cleaned(row[at(name)], largest)));
+        table.append(rowOf(`${row[at("bearings")]} ${row[at("bearing")]}${row[at("unique")] === 0 ? " *" : ""}`, digits(row[at("at")]), ...loads, digits(row[at("life")])));
+    }
 }

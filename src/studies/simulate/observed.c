@@ -164,12 +164,14 @@ static void add(listing *l, kmp_output output, bool wanted)
     l->list[l->count++] = output;
 }
 
-/* Drives have no reaction between bodies; reactions of joints of the tree are computed only on request. A force that is
+/* Drives have no reaction between bodies; reactions of joints of the tree and forces of
+ * bearings are computed only on request. A force that is
  * given by its components has no separate value. */
 static bool has_output(const kempe_model *model, kmp_output_kind kind, int index)
 {
     bool of_loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
-    if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_JOINT)
+    const kmp_output_argument argument = kmp_output_rows[kind].argument;
+    if (argument == KMP_OUTPUT_OF_JOINT || argument == KMP_OUTPUT_OF_BEARING)
         return false;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
@@ -203,36 +205,37 @@ static void list_kind(listing *l, kmp_output_kind kind)
 
 static kempe_status list_all(kmp_output_program *o, int most)
 {
-    static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
-                                            KMP_OUTPUT_QD,
-                                            KMP_OUTPUT_QDD,
-                                            KMP_OUTPUT_CUT_Q,
-                                            KMP_OUTPUT_CUT_QD,
-                                            KMP_OUTPUT_CUT_QDD,
-                                            KMP_OUTPUT_STATE,
-                                            KMP_OUTPUT_ENERGY,
-                                            KMP_OUTPUT_SENSOR,
-                                            KMP_OUTPUT_FORCE,
-                                            KMP_OUTPUT_GAP,
-                                            KMP_OUTPUT_LAMBDA,
-                                            KMP_OUTPUT_REACTION,
-                                            KMP_OUTPUT_MOMENT,
-                                            KMP_OUTPUT_JOINT_REACTION,
-                                            KMP_OUTPUT_JOINT_MOMENT,
-                                            KMP_OUTPUT_POSITION,
-                                            KMP_OUTPUT_VELOCITY,
-                                            KMP_OUTPUT_ACCELERATION,
-                                            KMP_OUTPUT_DEFLECTION,
-                                            KMP_OUTPUT_SECTION,
-                                            KMP_OUTPUT_STRAINED,
-                                            KMP_OUTPUT_STRESS,
-                                            KMP_OUTPUT_CONTACT,
-                                            KMP_OUTPUT_GUIDANCE,
-                                            KMP_OUTPUT_POSE,
-                                            KMP_OUTPUT_MOMENTUM,
-                                            KMP_OUTPUT_ANGULAR_MOMENTUM,
-                                            KMP_OUTPUT_ANGULAR_VELOCITY,
-                                            KMP_OUTPUT_AXES};
+    static const kmp_output_kind order[KMP_OUTPUT_KINDS] = {KMP_OUTPUT_Q,
+                                                            KMP_OUTPUT_QD,
+                                                            KMP_OUTPUT_QDD,
+                                                            KMP_OUTPUT_CUT_Q,
+                                                            KMP_OUTPUT_CUT_QD,
+                                                            KMP_OUTPUT_CUT_QDD,
+                                                            KMP_OUTPUT_STATE,
+                                                            KMP_OUTPUT_ENERGY,
+                                                            KMP_OUTPUT_SENSOR,
+                                                            KMP_OUTPUT_FORCE,
+                                                            KMP_OUTPUT_GAP,
+                                                            KMP_OUTPUT_LAMBDA,
+                                                            KMP_OUTPUT_REACTION,
+                                                            KMP_OUTPUT_MOMENT,
+                                                            KMP_OUTPUT_JOINT_REACTION,
+                                                            KMP_OUTPUT_JOINT_MOMENT,
+                                                            KMP_OUTPUT_BEARING,
+                                                            KMP_OUTPUT_POSITION,
+                                                            KMP_OUTPUT_VELOCITY,
+                                                            KMP_OUTPUT_ACCELERATION,
+                                                            KMP_OUTPUT_DEFLECTION,
+                                                            KMP_OUTPUT_SECTION,
+                                                            KMP_OUTPUT_STRAINED,
+                                                            KMP_OUTPUT_STRESS,
+                                                            KMP_OUTPUT_CONTACT,
+                                                            KMP_OUTPUT_GUIDANCE,
+                                                            KMP_OUTPUT_POSE,
+                                                            KMP_OUTPUT_MOMENTUM,
+                                                            KMP_OUTPUT_ANGULAR_MOMENTUM,
+                                                            KMP_OUTPUT_ANGULAR_VELOCITY,
+                                                            KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
                3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count;

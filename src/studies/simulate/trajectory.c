@@ -20,6 +20,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "studies/simulate/flexible_doubts.h"
+#include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
 #include <kempe/check.h>
@@ -450,10 +451,23 @@ void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run)
     run->integrator = spec->integrator;
 }
 
+static kempe_status read_peaks(kmp_simulation *j)
+{
+    kmp_text complaint = {0};
+    const char *word = j->run->reaction_peaks;
+    const kmp_reaction_peaks where =
+        word ? kmp_reaction_peaks_find(word, &complaint) : j->system->model->run.reaction_peaks;
+    j->watches = where == KMP_REACTION_PEAKS_MOTION || j->system->model->bearing_count > 0;
+    if (where == KMP_REACTION_PEAKS_COUNT)
+        return kmp_fail_text(j->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
+}
+
 static kempe_status read_options(kmp_simulation *j)
 {
     KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
     KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
+    KMP_TRY(read_peaks(j));
     double every;
     if (!(j->spec.t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
@@ -531,7 +545,8 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
 }
 
 KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(trajectory->report.reason),
-          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording), kmp_run_log_free(&trajectory->log),
+          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording),
+          kmp_reaction_watch_free(trajectory->watch), kmp_run_log_free(&trajectory->log),
           kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
 
 /* -- run --------------------------------------------------------------------------------------------- */
@@ -620,7 +635,7 @@ static bool shows_loads(const kempe_model *model)
     for (int k = 0; k < model->output_count; k++) {
         const kmp_output_kind kind = model->outputs[k].kind;
         any = any || kind == KMP_OUTPUT_SENSOR || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
-              kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT;
+              kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT || kind == KMP_OUTPUT_BEARING;
     }
     return any && model->closure_count > kmp_model_friction_count(model);
 }
@@ -628,7 +643,7 @@ static bool shows_loads(const kempe_model *model)
 /* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of the loads that outputs show. False: one of these
  * differs from its value in `before`, which the equations have. */
 static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, const double *before, const double *values,
-                      double *shown)
+                      const double *bearings, double *shown)
 {
     double size = 0;
     for (int k = 0; k < KMP_LOAD_VALUES * (model->closure_count + loads->joints); k++)
@@ -638,6 +653,8 @@ static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, cons
         const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
         int place = output->index;
+        if (bearings && output->kind == KMP_OUTPUT_BEARING)
+            memcpy(shown + at, bearings + (ptrdiff_t)KMP_BEARING_VALUES * place, KMP_BEARING_VALUES * sizeof *shown);
         if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
             continue;
         for (int k = 0; joint && k < loads->joints; k++)
@@ -672,7 +689,8 @@ static kempe_status share_loads(kempe_trajectory *t, const kmp_simulation *j, km
         const double *before = kmp_all_loads_at(&loads, &at);
         memcpy(all, before, (size_t)count * sizeof *all);
         status = kmp_least_norm_loads(eval, at.t, at.q, loads.joints, loads.joint, all);
-        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, here))
+        const double *bearings = loads.bearing_count > 0 ? kmp_all_loads_bearings(&loads, &at, all) : NULL;
+        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, bearings, here))
             status = kmp_fail(j->context, KEMPE_E_FAILED,
                               "loads of least norm are not known for the forces of this model; omit --loads");
     }
@@ -765,11 +783,12 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return written != KEMPE_OK;
 }
 
-static int count_step(void *user, kmp_runner *runner, double from, double to)
+static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
-    (void)runner;
-    kmp_step_counts_add(user, from, to);
-    return 0;
+    kmp_simulation *j = user;
+    if (j->counts.steps)
+        kmp_step_counts_add(&j->counts, from, to);
+    return j->trajectory->watch && !kmp_reaction_watch_step(j->trajectory->watch, runner, from, to);
 }
 
 static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
@@ -780,10 +799,12 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
         rows > 0) {
         j->counts =
             (kmp_step_counts){.rows = rows, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, rows)};
-        j->spec.step = count_step;
-        j->spec.user = &j->counts;
         KMP_TRY(kmp_made(j->context, j->counts.steps));
     }
+    if (j->watches)
+        KMP_TRY(kmp_reaction_watch_new(j->system, j->spec.rtol, j->least_norm, &t->watch));
+    j->spec.step = j->counts.steps || t->watch ? take_step : NULL;
+    j->spec.user = j;
     sink s = {t, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);

@@ -58,6 +58,7 @@ typedef struct kmp_simulation {
     void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
     bool least_norm;              /* loads that redundant constraints share */
+    bool watches;                 /* the largest reactions are of the motion */
     kempe_trajectory *trajectory; /* the result; NULL: there is none yet */
 } kmp_simulation;
 
@@ -72,19 +73,20 @@ struct kempe_trajectory {
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;
-    kmp_run_report report;    /* its reason has moved to `reason` */
-    kmp_run_log log;          /* of events */
-    int mode_changes;         /* of the assembly mode for given held coordinates; the first one: */
-    double mode_t[2];         /* between these rows */
-    int mode_coordinate;      /* a coordinate of the loops that pass to it */
-    double *reaction;         /* 3 a closure, at the last row; NaN when there is none */
-    double *shown;            /* values of outputs in addition to the table, per row */
-    bool least_norm;          /* loads that redundant constraints share */
-    kmp_run_spec spec;        /* as it was run, without its times and log; it points into the arena */
-    bool interrupted;         /* by the user */
-    kmp_recording *recording; /* NULL: none is kept */
-    void *judged;             /* by kmp_run_judge_find(); NULL: not */
-    double *at;               /* 3 n + m: a row between the rows of the table */
+    kmp_run_report report;            /* its reason has moved to `reason` */
+    kmp_run_log log;                  /* of events */
+    int mode_changes;                 /* of the assembly mode for given held coordinates; the first one: */
+    double mode_t[2];                 /* between these rows */
+    int mode_coordinate;              /* a coordinate of the loops that pass to it */
+    double *reaction;                 /* 3 a closure, at the last row; NaN when there is none */
+    double *shown;                    /* values of outputs in addition to the table, per row */
+    bool least_norm;                  /* loads that redundant constraints share */
+    kmp_run_spec spec;                /* as it was run, without its times and log; it points into the arena */
+    bool interrupted;                 /* by the user */
+    kmp_recording *recording;         /* NULL: none is kept */
+    void *judged;                     /* by kmp_run_judge_find(); NULL: not */
+    struct kmp_reaction_watch *watch; /* of the largest reactions of the motion; NULL: they are of the rows */
+    double *at;                       /* 3 n + m: a row between the rows of the table */
 };
 
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */

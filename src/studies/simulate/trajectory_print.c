@@ -12,6 +12,7 @@
 #include "output/reactions.h"
 #include "output/result_table.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
@@ -130,6 +131,8 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
             kmp_text_free(&column);
             kmp_output_column(&column, model, output, k);
             part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            if (part && output->kind == KMP_OUTPUT_BEARING && k < KMP_BEARING_VALUES - 1)
+                part -= 2; /* ".1.x" */
             const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
             kmp_text_printf(&line, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
                             as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
@@ -145,7 +148,10 @@ static void show_outputs(kmp_text *text, const kempe_trajectory *t)
 
 static bool reactions_of(const kempe_trajectory *t, kmp_reactions *reactions)
 {
-    return kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
+    const bool good = kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
+    if (good && t->watch)
+        kmp_reactions_take_whole(reactions, kmp_reaction_watch_found(t->watch));
+    return good;
 }
 
 static void show_reactions(kmp_text *text, const kempe_trajectory *t, bool all)
@@ -155,6 +161,8 @@ static void show_reactions(kmp_text *text, const kempe_trajectory *t, bool all)
         kmp_reactions_show(text, &reactions, all ? NULL : "--all");
     else
         text->failed = true;
+    if (!text->failed && t->watch)
+        kmp_bearing_loads_show(text, kmp_reaction_watch_bearings(t->watch), &reactions);
     kmp_reactions_free(&reactions);
 }
 
@@ -439,6 +447,8 @@ static void json_reactions(kmp_json *json, const kempe_trajectory *t)
         kmp_reactions_json(json, &reactions);
     else
         json->text->failed = true;
+    if (!json->text->failed && t->watch)
+        kmp_bearing_loads_json(json, kmp_reaction_watch_bearings(t->watch), &reactions);
     kmp_reactions_free(&reactions);
 }
 
@@ -598,8 +608,22 @@ static void fill_reactions(kempe_table *table, const void *result)
     kmp_reactions_free(&reactions);
 }
 
+static void fill_bearings(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_reactions reactions;
+    kmp_bearing_loads_columns(table);
+    if (!t->watch)
+        return;
+    if (reactions_of(t, &reactions))
+        kmp_bearing_loads_tabulate(table, kmp_reaction_watch_bearings(t->watch), &reactions);
+    else
+        kmp_tabulate_fail(table);
+    kmp_reactions_free(&reactions);
+}
+
 KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
-           {"contacts", fill_contacts}, {"reactions", fill_reactions})
+           {"contacts", fill_contacts}, {"reactions", fill_reactions}, {"bearings", fill_bearings})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Chebyshev interpolation in the points of the extremes of T_8 (Trefethen, Approximation Theory and Approximation
  * Practice, 2013, chapters 3, 4 and 19). */
-#include "ensemble/quantities/smooth_piece.h"
+#include "output/quantities/smooth_piece.h"
 #include "base/bracket.h"
 #include "base/clones.h"
 #include <float.h>

@@ -47,12 +47,13 @@ typedef struct kmp_run_quantities {
     const char *const *name; /* of each value */
     int arguments;           /* the last channels */
     const kmp_run_argument *argument;
-    const int *shown; /* of each channel: its number among the computed outputs of the model (kmp_eval_shown), or
-                       * -1 - its number in the row q, qd, qdd, lambda */
-    bool turns;       /* some channel is a wave of the angles of the mechanism */
-    bool inside;      /* some quantity depends on states within steps */
-    bool rates, late; /* some channel depends on rates; on accelerations or multipliers */
-    bool computed;    /* some channel is a computed output */
+    const int *shown;   /* of each channel: its number among the computed outputs of the model (kmp_eval_shown), or
+                         * -1 - its number in the row q, qd, qdd, lambda */
+    const char *remedy; /* for values that change too fast, as a request; NULL: a shorter span of the quantity */
+    bool turns;         /* some channel is a wave of the angles of the mechanism */
+    bool inside;        /* some quantity depends on states within steps */
+    bool rates, late;   /* some channel depends on rates; on accelerations or multipliers */
+    bool computed;      /* some channel is a computed output */
 } kmp_run_quantities;
 
 /** Number of values of a kind: 2 for an extreme with its time, else 1. */
@@ -66,6 +67,12 @@ bool kmp_run_quantity_inside(kmp_run_quantity_kind kind);
 size_t kmp_account_size(const kmp_run_quantities *quantities);
 size_t kmp_account_piece(const kmp_run_quantities *quantities);
 size_t kmp_account_room(const kmp_run_quantities *quantities);
+
+/** Begins the bound of work again: its limit is then of the steps from here on. */
+void kmp_account_renew(const kmp_run_quantities *quantities, double *account);
+
+/** The values of a channel are rounded to no less than this from here on. */
+void kmp_account_round(const kmp_run_quantities *quantities, double *account, int channel, double size);
 
 /** Begins an account. */
 void kmp_account_begin(const kmp_run_quantities *quantities, double *account);

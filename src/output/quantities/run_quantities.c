@@ -2,9 +2,9 @@
 /* Extremes, integrals and conditions of a run, from polynomials over halved parts of each step. A part is resolved when
  * the last coefficients of every quantity that takes part are below its tolerance; kinks are located and cut at, jumps
  * become straight lines. Arguments of functions are watched, too, since a function can hide a peak between samples. */
-#include "ensemble/quantities/run_quantities.h"
+#include "output/quantities/run_quantities.h"
 #include "base/text.h"
-#include "ensemble/quantities/smooth_piece.h"
+#include "output/quantities/smooth_piece.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -96,6 +96,17 @@ void kmp_account_begin(const kmp_run_quantities *q, double *account)
     for (int k = 0; k < q->arguments; k++)
         if (q->argument[k].kind == KMP_ARGUMENT_PEAK)
             sizes_of(q, account)[channel_of(q, k)] = -INFINITY;
+}
+
+void kmp_account_renew(const kmp_run_quantities *q, double *account)
+{
+    counts_of(q, account)[HALVINGS] = 0;
+}
+
+void kmp_account_round(const kmp_run_quantities *q, double *account, int channel, double size)
+{
+    double *rounding = &rounding_of(q, account)[channel];
+    *rounding = fmax(*rounding, size);
 }
 
 /* True if a quantity takes part in an interval that has no begin or end of a span inside. */
@@ -646,9 +657,8 @@ bool kmp_account_excess(const kmp_run_quantities *q, const double *account, doub
         if (q->of[k].channel == (int)counts[WHICH])
             name = q->name[q->of[k].first_value];
     kmp_text_printf(why,
-                    "quantity '%s' changes too fast: at t = %.9g s the limit of %.0f parts of steps is reached; take "
-                    "it over a shorter time (from .. to ..)",
-                    name, t, MOST_PARTS);
+                    "quantity '%s' changes too fast: at t = %.9g s the limit of %.0f parts of steps is reached; %s",
+                    name, t, MOST_PARTS, q->remedy ? q->remedy : "take it over a shorter time (from .. to ..)");
     return true;
 }
 
