@@ -910,6 +910,26 @@ def flexible_pendulum():
     return p
 
 
+def gearbox():
+    """From above: shafts side by side, wheels as rectangles."""
+    a1, a2 = 0.003 * 73 / (2 * math.cos(math.radians(15))), 0.004 * 76 / (2 * math.cos(math.radians(12)))
+    r = [0.0015 * z / math.cos(math.radians(15)) for z in (20, 53)] + [0.002 * z / math.cos(math.radians(12)) for z in (18, 58)]
+    p = Picture("A gearbox of two helical stages, from above")
+
+    def wheel(name, x, y, radius, width=0.014, colour=0, shift=(0, 0)):
+        p.body(name, (y - radius, x - width), (y - radius, x + width), (y + radius, x + width), (y + radius, x - width), colour=colour, shift=shift)
+
+    for name, y, colour in (("input", 0, 0), ("middle", a1, 1), ("output", a1 + a2, 2)):
+        p.body(name, (y, -0.02), (y, 0.18), colour=colour, shift=(6, -108))
+        for x in (0, 0.14):
+            p.pivot((y, x), None, True)
+    wheel("20", 0.04, 0, r[0], colour=0, shift=(-14, 0))
+    wheel("53", 0.04, a1, r[1], colour=1, shift=(30, 0))
+    wheel("18", 0.1, a1, r[2], colour=1, shift=(-16, 0))
+    wheel("58", 0.1, a1 + a2, r[3], colour=2, shift=(30, 0))
+    return p
+
+
 def planetary_gearbox():
     """At the start, with the teeth of all wheels."""
     a = 0.066
@@ -961,7 +981,7 @@ PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, br
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox)
 
 if __name__ == "__main__":
     for make in PICTURES:

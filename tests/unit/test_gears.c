@@ -354,6 +354,69 @@ static void forces_follow_a_parameter(void)
     unload(&l);
 }
 
+/* -- a gearbox ------------------------------------------------------------------------------------------ */
+
+/* A force at a place of a shaft along x. */
+typedef struct acting_force {
+    double at[3], force[3];
+} acting_force;
+
+/* Radial forces of bearings at x = 0 and x = 0.14 m, and the axial one, of a shaft at constant speed. */
+static void check_shaft(const kempe_table *bearings, int row, int count, const acting_force *f)
+{
+    double sum[3] = {0}, moment[3] = {0}, product[3];
+    for (int k = 0; k < count; k++) {
+        kmp_cross3(f[k].at, f[k].force, product);
+        for (int i = 0; i < 3; i++) {
+            sum[i] += f[k].force[i];
+            moment[i] += product[i];
+        }
+    }
+    const double second[2] = {-moment[2] / 0.14, moment[1] / 0.14};
+    const double radial[2] = {hypot(sum[1] + second[0], sum[2] + second[1]), hypot(second[0], second[1])};
+    const int shown = kempe_table_find(bearings, "radial"), mean = kempe_table_find(bearings, "equivalent");
+    for (int k = 0; k < 2; k++) {
+        CHECK_NEAR(kempe_table_number(bearings, row + k, shown), radial[k], 1e-10);
+        CHECK_NEAR(kempe_table_number(bearings, row + k, mean), radial[k], 1e-10);
+    }
+    const double axial = kempe_table_number(bearings, row + (row == 4), kempe_table_find(bearings, "axial"));
+    CHECK_NEAR(fabs(axial), fabs(sum[0]), 1e-10);
+}
+
+/* Two helical stages: the forces of the teeth by the torques, the loads of all bearings by statics. */
+static void a_gearbox_loads_its_bearings(void)
+{
+    const double b1 = 15 * degree, b2 = 12 * degree, a = 20 * degree, weight = -9.81;
+    const double r[4] = {0.0015 * 20 / cos(b1), 0.0015 * 53 / cos(b1), 0.002 * 18 / cos(b2), 0.002 * 58 / cos(b2)};
+    const double f2 = 1200 / r[3], f1 = f2 * r[2] / r[1];
+    const double first[3] = {-f1 * tan(b1), f1 * tan(a) / cos(b1), f1};
+    const double second[3] = {-f2 * tan(b2), f2 * tan(a) / cos(b2), -f2};
+    const acting_force input[] = {{{0.04, r[0], 0}, {-first[0], -first[1], -first[2]}},
+                                  {{0.05, 0, 0}, {0, 0, 2 * weight}}};
+    const acting_force middle[] = {{{0.04, -r[1], 0}, {first[0], first[1], first[2]}},
+                                   {{0.1, r[2], 0}, {-second[0], -second[1], -second[2]}},
+                                   {{0.06, 0, 0}, {0, 0, 9 * weight}}};
+    const acting_force output[] = {{{0.1, -r[3], 0}, {second[0], second[1], second[2]}},
+                                   {{0.09, 0, 0}, {0, 0, 16 * weight}}};
+    loaded l = load("examples/gearbox/gearbox.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        kempe_table *bearings = NULL;
+        CHECK_NEAR(shown(run, "lambda(first)"), f1, 1e-10);
+        CHECK_NEAR(shown(run, "lambda(second)"), -f2, 1e-10);
+        CHECK_NEAR(shown(run, "lambda(motor)"), f1 * r[0], 1e-10);
+        CHECK(run && kempe_trajectory_table(run, "bearings", &bearings) == KEMPE_OK);
+        if (bearings) {
+            check_shaft(bearings, 0, 2, input);
+            check_shaft(bearings, 2, 3, middle);
+            check_shaft(bearings, 4, 2, output);
+        }
+        kempe_table_free(bearings);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* -- losses ------------------------------------------------------------------------------------------------ */
 
 /* Efficiency 0.8 in both directions, J 1 and 1.5 kg m^2, ratio 2: accelerations of the second wheel, by the torques of
@@ -545,6 +608,7 @@ int main(void)
     TEST(planets_turn_as_willis_says);
     TEST(wheels_are_balanced_in_a_housing);
     TEST(forces_follow_a_parameter);
+    TEST(a_gearbox_loads_its_bearings);
     TEST(losses_stick_and_slow_down);
     TEST(a_worm_holds_its_load);
     TEST(elastic_teeth_strike_and_leave);
