@@ -78,6 +78,26 @@ static kempe_status read_flexible(scene *s)
     return read_text(s, text, "beams.yaml");
 }
 
+/* Joints of constant velocity, one in a graph; friction in a thread; a bushing with matrices. */
+static kempe_status read_elements(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\nparameters: {k: 5, mu: 0.1}\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+        "  a: {mass: 1, inertia: {zz: 1}, points: {P: [0, 0, 0]}}\n"
+        "  b: {joint: {free: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [0, 0, 0], Q: [0, 0, 1]}}\n"
+        "  c: {joint: {screw: z, pitch: 0.01, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [0, 0, 0]}}\n"
+        "joints: {A: {revolute: [ground.O, a.P]}, J: {constant_velocity: [a.P, b.P], plunging: yes}}\n"
+        "loops: {V: {constant_velocity: [b.Q, c.P], plunging: free}}\n"
+        "forces:\n"
+        "  t: {joint: c.2, friction: {mu: mu, mu_static: 0.2, radius: 0.02, flank: 0.2}}\n"
+        "  u: {bushing: [ground.O, b.P], damping_matrix: [[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], "
+        "[0, "
+        "0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], matrix: [[k, 0, 0, 0, 1, 0], [0, k, 0, 0, 0, 0], [0, "
+        "0, "
+        "k, 0, 0, 0], [0, 0, 0, k, 0, 0], [1, 0, 0, 0, k, 0], [0, 0, 0, 0, 0, k]]}\n";
+    return read_text(s, text, "elements.yaml");
+}
+
 /* A track with a course and waves. */
 static kempe_status read_track(scene *s)
 {
@@ -527,6 +547,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"read its mistakes", read_wrong_robotran},
                                      {"read shapes", read_shapes},
                                      {"read flexible bodies", read_flexible},
+                                     {"read elements", read_elements},
                                      {"read a graph of joints", read_graph},
                                      {"read its mistakes", read_wrong_graph},
                                      {"build", build_model},

@@ -60,10 +60,10 @@ static bool read_geometry(thread *t, const kmp_body *body, kmp_force *force)
                             "the flank of %s is %.6g rad: the angle between a flank and the normal of the axis is less "
                             "than a right angle",
                             t->what, flank);
-    if (!t->radius || coupling < 0)
+    const kmp_expr *pitch = kmp_number_expr(arena, body->number);
+    if (!t->radius || !pitch || coupling < 0)
         return false;
-    const kmp_expr_locals of = {
-        3, {{"p", kmp_number_expr(arena, body->number), false}, {"r", t->radius, false}, {"f", angle, false}}};
+    const kmp_expr_locals of = {3, {{"p", pitch, false}, {"r", t->radius, false}, {"f", angle, false}}};
     t->lead = kmp_expr_formula(arena, "p/(2*pi*r)", &of);
     t->flank = kmp_expr_formula(arena, angle ? "cos(f)" : "1", &of);
     t->load = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = coupling});
@@ -103,10 +103,12 @@ static const kmp_expr *read_levels(const thread *t, const char *key, double lead
     const kmp_expr_locals sizes = {3, {{"s", slope, false}, {"g", t->lead, false}, {"r", t->radius, false}}};
     const kmp_expr *size = kmp_expr_formula(arena, "r*s*(1 + g^2)/(1 - (s*g)^2)", &sizes);
     const kmp_expr *c = kmp_expr_formula(arena, "s*g", &sizes);
+    if (!size || !c)
+        return NULL;
     const kmp_expr_locals loads = {3, {{"a", size, false}, {"c", c, false}, {"x", t->load, false}}};
     const kmp_expr *raises = kmp_expr_formula(arena, "a*(abs(x) + c*x)", &loads);
     const kmp_expr *lowers = kmp_expr_formula(arena, "a*(abs(x) - c*x)", &loads);
-    return kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_SIDES, .a = raises, .b = lowers});
+    return raises && lowers ? kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_SIDES, .a = raises, .b = lowers}) : NULL;
 }
 
 void kmp_read_thread(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
