@@ -35,9 +35,6 @@ struct kmp_joint_loads {
     kmp_wrench *inertial;    /* a link: of all that it carries, about its origin, its axes */
     kmp_wrench *of;          /* a body: the load of its joint */
     bool *known;
-    const kmp_force **obstacle_of; /* a body: the element because of which the load of its joint is not known */
-    const kmp_force *obstacle;     /* an element whose load on a joint is not known; NULL: none */
-    int obstructed;                /* the body of that joint; less one, negative: the point of a section */
     link_axes *axes;               /* of each link; NULL: found for each vector */
     kmp_link *spare;               /* a copy of the tree's links; NULL: none, or in use */
     int *crossing, *crossing_from; /* of each body: closures between the two sides of its joint */
@@ -213,50 +210,57 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
 }
 
 /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
-static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
+static void add_elements(const kmp_joint_loads *loads, const kmp_tree *moved, acting *a)
 {
-    const kempe_model *model = moved->model;
     for (int i = 0; i < loads->element_count; i++) {
-        const kmp_force *force = &model->forces[loads->element[i]];
-        kmp_ref of = KMP_ZERO, value = loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]];
-        if (force->kind == KMP_FORCE_TOUCH) {
+        const kmp_force *force = &moved->model->forces[loads->element[i]];
+        kmp_ref of = KMP_ZERO;
+        if (force->kind == KMP_FORCE_TOUCH)
             of = kmp_touching_gap(moved, &force->touch);
-        } else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
-            bool crosses = kmp_depends_on(moved->graph, of, KMP_IN_ALONG);
-            loads->obstacle = crosses ? force : loads->obstacle;
-            loads->obstructed = crosses ? across : loads->obstructed;
+        else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) /* a rate (add_rates) */
             of = KMP_ZERO;
-        }
-        add_acting(a, of, value);
+        add_acting(a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
     }
 }
 
-/* Compliant contacts and films by virtual power: forces against rates. */
-static void add_pressing(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_ref generalized[VIRTUAL])
+/* Lists forces along rates: compliant contacts and films, and friction that rolls along no length. */
+static void list_rates(const kmp_joint_loads *loads, const kmp_tree *moved, acting *a)
 {
-    kmp_graph *g = moved->graph;
-    kmp_ref from[2 * VIRTUAL], to[2 * VIRTUAL];
-    uint16_t through;
-    for (int k = 0; k < 2 * VIRTUAL; k++) {
-        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
-        to[k] = KMP_ZERO;
-    }
+    const kempe_model *model = moved->model;
     for (int i = 0; i < loads->pressing_count; i++) {
-        kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES], *slope;
-        const kmp_ref *size = loads->against + (ptrdiff_t)KMP_COMPLIANT_FORCES * i;
-        const int count = kmp_compliant_forces(moved, &moved->model->forces[loads->pressing[i]], against, unused);
-        slope = KMP_GRAPH_NEW(g, kmp_ref, 2 * VIRTUAL * count);
-        if (!slope)
-            return;
-        kmp_partials_all(g, count, against, KMP_IN_ALONG, 2 * VIRTUAL, slope);
-        if (!kmp_substitute(g, 2 * VIRTUAL, from, to, 2 * VIRTUAL * count, slope, &through))
-            kmp_graph_fail(g);
+        kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES];
+        const int count = kmp_compliant_forces(moved, &model->forces[loads->pressing[i]], against, unused);
         for (int c = 0; c < count; c++)
-            for (int k = 0; k < VIRTUAL; k++) {
-                const kmp_ref way = slope[2 * VIRTUAL * c + VIRTUAL + k];
-                generalized[k] = kmp_sub(g, generalized[k], kmp_mul(g, size[c], way));
-            }
+            add_acting(a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * i + c]));
     }
+    for (int i = 0; i < loads->element_count; i++) {
+        const kmp_force *force = &model->forces[loads->element[i]];
+        kmp_ref of;
+        if (force->kind == KMP_FORCE_FRICTION && kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD)
+            add_acting(a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
+    }
+}
+
+/* Forces along rates by virtual power. */
+static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_ref generalized[VIRTUAL])
+{
+    enum { BOTH = 2 * VIRTUAL }; /* displacements, then their rates */
+    kmp_graph *g = moved->graph;
+    const int room = KMP_COMPLIANT_FORCES * loads->pressing_count + loads->element_count;
+    kmp_ref from[BOTH], to[BOTH] = {KMP_ZERO}, *slope = KMP_GRAPH_NEW(g, kmp_ref, BOTH * room + 1);
+    acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
+    uint16_t through;
+    if (!slope || !a.of || !a.force)
+        return;
+    list_rates(loads, moved, &a);
+    kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, BOTH, slope);
+    for (int k = 0; k < BOTH; k++)
+        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
+    if (a.count > 0 && !kmp_substitute(g, BOTH, from, to, BOTH * a.count, slope, &through))
+        kmp_graph_fail(g);
+    for (int i = 0; i < a.count; i++)
+        for (int k = 0; k < VIRTUAL; k++)
+            generalized[k] = kmp_add(g, generalized[k], kmp_mul(g, a.force[i], slope[BOTH * i + VIRTUAL + k]));
 }
 
 /* True if the copy of the tree displaces a body. */
@@ -309,7 +313,7 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
     if (!slope || !a.of || !a.force)
         return;
     add_rows(loads, moved, across, &a);
-    add_elements(loads, moved, across, &a);
+    add_elements(loads, moved, &a);
     kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
     for (int k = 0; k < VIRTUAL; k++) {
         from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
@@ -403,10 +407,9 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
-    add_pressing(loads, &moved, generalized);
+    add_rates(loads, &moved, generalized);
     add_teeth(loads, tree, &moved, tree->links[first].parent, tree->links[first].p, generalized);
     put_back(tree, first, &moved);
-    loads->obstacle_of[body] = loads->obstructed == body ? loads->obstacle : NULL;
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
     w.force = kmp_link_to_parent(tree, first, w.force);
     w.moment = kmp_link_to_parent(tree, first, w.moment);
@@ -430,11 +433,6 @@ kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
     if (!loads->known[body])
         find_load(loads, tree, body);
     return moment ? loads->of[body].moment : loads->of[body].force;
-}
-
-const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body)
-{
-    return tree->reactions.joints->obstacle_of[body];
 }
 
 /* -- sections of beams ------------------------------------------------------------------------------- */
@@ -483,7 +481,7 @@ static kmp_wrench beyond_section(const kmp_tree *tree, int point)
             displace(tree, i, true, &moved);
         }
     find_acting(loads, tree, &moved, -1 - point, generalized);
-    add_pressing(loads, &moved, generalized);
+    add_rates(loads, &moved, generalized);
     add_teeth(loads, tree, &moved, frame, kmp_vec_zero(), generalized);
     for (int i = frame + 1; i < tree->count; i++)
         put_back(tree, i, &moved);
@@ -588,7 +586,6 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->inertial = KMP_GRAPH_NEW(g, kmp_wrench, tree->count);
     loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
     loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
-    loads->obstacle_of = KMP_GRAPH_NEW(g, const kmp_force *, eq->model->body_count);
     list_elements(loads, tree);
     list_closures(loads, tree);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g) && find_pressing(loads, tree)));
@@ -604,25 +601,7 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     return KEMPE_OK;
 }
 
-kempe_status kmp_joint_loads_end(kmp_equations *eq)
+void kmp_joint_loads_end(kmp_equations *eq)
 {
-    const kmp_joint_loads *loads = eq->tree.reactions.joints;
-    const kempe_model *model = eq->model;
     eq->tree.reactions.joints = NULL;
-    if (!loads || !loads->obstacle)
-        return KEMPE_OK;
-    if (loads->obstructed < 0) {
-        const kmp_point *point = &model->points[-1 - loads->obstructed];
-        return kmp_complain(eq->context, model->source.files[loads->obstacle->place.file], loads->obstacle->place.line,
-                            loads->obstacle->place.column,
-                            "with friction '%s', a nonholonomic constraint, the loads of the section of '%s.%s' are "
-                            "not known: remove its section and stress from the outputs",
-                            loads->obstacle->name, model->bodies[point->body].name, point->name);
-    }
-    return kmp_complain(eq->context, model->source.files[loads->obstacle->place.file], loads->obstacle->place.line,
-                        loads->obstacle->place.column,
-                        "with friction '%s', a nonholonomic constraint, the load of joint '%s' is not known: remove "
-                        "reaction(%s) and moment(%s)",
-                        loads->obstacle->name, model->bodies[loads->obstructed].joint,
-                        model->bodies[loads->obstructed].joint, model->bodies[loads->obstructed].joint);
 }

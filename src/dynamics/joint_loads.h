@@ -13,15 +13,11 @@ typedef struct kmp_joint_loads kmp_joint_loads;
 /** Sets tree->loads of the equations for the expressions of outputs, and takes them away. KEMPE_E_MEMORY. Nothing is
  * set where no output has one, unless `all` are wanted. */
 kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all);
-/** KEMPE_E_INPUT if a name is not known: the context names the joint and the element in its way. */
-kempe_status kmp_joint_loads_end(kmp_equations *eq);
+void kmp_joint_loads_end(kmp_equations *eq);
 
 /** The force or the moment of the joint that carries a body, by tree->loads, in ground axes: on that body about the end
  * of the joint's chain; where the joint's second body is the parent on that one, about the beginning of the chain. */
 kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment);
-
-/** After kmp_joint_load of a body: the element because of which its load is not known; NULL: it is known. */
-const kmp_force *kmp_joint_load_obstacle(const kmp_tree *tree, int body);
 
 /** Force (N, V_y, V_z) and moment (M_x, M_y, M_z), by tree->loads, that the part of a beam beyond the section of a
  * point exerts on the rest of it: in the axes of the section, about the place of the axis there. N is positive in

@@ -276,6 +276,6 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
             derive_output(eq, forces, &eq->model->outputs[o]);
     eq->tree.uses = NULL;
     eq->tree.conditions.settled = settled;
-    KMP_TRY(kmp_joint_loads_end(eq));
+    kmp_joint_loads_end(eq);
     return kmp_made(eq->context, !kmp_graph_failed(eq->graph));
 }

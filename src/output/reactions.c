@@ -97,7 +97,7 @@ int kmp_reactions_name(const kempe_model *model, bool moment, const char **names
 }
 
 /* Of a joint of the tree, unless it is a closure or constrains nothing; `place`: of its load, -1: it is not known. */
-static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body, int place)
+static void add_joint(kmp_reactions *r, int body, int place)
 {
     const kempe_model *model = r->system->model;
     const kmp_body *b = &model->bodies[body];
@@ -108,11 +108,7 @@ static void add_joint(kmp_reactions *r, const kmp_all_loads *loads, int body, in
     made->body = body;
     made->place = place;
     memcpy(made->has, has, sizeof has);
-    if (loads->obstacle[body])
-        made->note = kmp_arena_printf(
-            &r->arena, "not known, because friction '%s' rolls along no length that is a function of the coordinates",
-            loads->obstacle[body]->name);
-    else if (made->place < 0)
+    if (made->place < 0)
         made->note = kmp_joint_free_count(b) == 0
                          ? "not known, because bodies that are welded are one; 'cut: yes' gives it"
                          : "not known, because translations are before and after a rotation";
@@ -192,7 +188,7 @@ kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, co
     r->last = KMP_ARENA_NEW(&r->arena, double, r->loads + 1);
     for (int b = 1, k = 0; r->of && b < model->body_count; b++) { /* loads->joint has increasing bodies */
         const bool known = k < loads->joints && loads->joint[k] == b;
-        add_joint(r, loads, b, known ? model->closure_count + k : -1);
+        add_joint(r, b, known ? model->closure_count + k : -1);
         k += known;
     }
     for (int c = 0; r->of && c < model->closure_count; c++) {

@@ -133,14 +133,12 @@ void kmp_samples_limit(kmp_samples *table, double t_end)
 
 /* -- loads ----------------------------------------------------------------------------------------------- */
 
-/* The load of the joint of a body, if it is known, behind those before it. */
+/* The load of the joint of a body, behind the ones before it. */
 static void add_joint(kmp_all_loads *loads, const kmp_tree *tree, int body, kmp_ref *out)
 {
     for (int k = 0; k < KMP_LOAD_VALUES; k++)
         out[KMP_LOAD_VALUES * loads->joints + k] = kmp_joint_load(tree, body, k >= 3).x[k % 3];
-    loads->obstacle[body] = kmp_joint_load_obstacle(tree, body);
-    if (!loads->obstacle[body])
-        loads->joint[loads->joints++] = body;
+    loads->joint[loads->joints++] = body;
 }
 
 /* The forces of bearings, by loads of their joints that are inputs. */
@@ -171,8 +169,7 @@ static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_
         if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
             kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
             add_joint(loads, &eq->tree, b, out + closures);
-    if (kmp_joint_loads_end(eq) != KEMPE_OK)
-        kmp_context_clear(system->context);
+    kmp_joint_loads_end(eq);
     bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
                                 kmp_backend_find("tape"), system->parameters);
     ok = ok && (loads->bearing_count == 0 || derive_bearings(loads, &eq->tree, system->parameters));
@@ -183,13 +180,10 @@ static const kmp_program_cache_name kept_as = {.what = "joint loads"};
 
 static void keep(const kmp_all_loads *loads, const kempe_system *system)
 {
-    const kempe_model *model = system->model;
     kmp_bytes bytes = {0};
     kmp_table_pool pool = {0};
     kmp_bytes_put_int(&bytes, loads->joints);
     KMP_BYTES_PUT(&bytes, loads->joint, loads->joints);
-    for (int b = 0; b < model->body_count; b++)
-        kmp_bytes_put_int(&bytes, loads->obstacle[b] ? loads->obstacle[b] - model->forces : -1);
     kmp_program_put(&bytes, &pool, loads->formulas.program);
     if (loads->bearing_count > 0)
         kmp_program_put(&bytes, &pool, loads->bearings.program);
@@ -211,10 +205,6 @@ static bool recall(kmp_all_loads *loads, const kempe_system *system)
     KMP_BYTES_TAKE(&source, loads->joint, loads->joints);
     for (int k = 0; k < loads->joints; k++)
         source.failed = source.failed || loads->joint[k] < 1 || loads->joint[k] >= model->body_count;
-    for (int b = 0; b < model->body_count; b++) {
-        const int force = kmp_bytes_take_int(&source, -1, model->force_count - 1);
-        loads->obstacle[b] = force >= 0 ? &model->forces[force] : NULL;
-    }
     loads->formulas.program = kmp_program_get(&source, &pool);
     if (loads->bearing_count > 0)
         loads->bearings.program = kmp_program_get(&source, &pool);
@@ -265,7 +255,6 @@ kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system
     const kempe_model *model = system->model;
     *loads = (kmp_all_loads){.bearing_count = model->bearing_count};
     loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
-    loads->obstacle = KMP_ARENA_NEW(&loads->arena, const kmp_force *, model->body_count);
     loads->bearing = KMP_ARENA_NEW(&loads->arena, int, model->bearing_count + 1);
     loads->carried = KMP_ARENA_NEW(&loads->arena, double, KMP_LOAD_VALUES * model->bearing_count + 1);
     KMP_TRY(kmp_made(system->context, !loads->arena.failed));

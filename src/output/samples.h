@@ -57,8 +57,7 @@ void kmp_samples_limit(kmp_samples *table, double t_end);
 enum { KMP_LOAD_VALUES = 6 }; /* a force, and a moment about the point of the second body, in ground axes */
 
 typedef struct kmp_all_loads {
-    int joints, *joint;         /* bodies whose joints have a separate load, in the order of the model */
-    const kmp_force **obstacle; /* body_count: the element because of which the load of its joint is not known */
+    int joints, *joint; /* bodies whose joints have a separate load, in the order of the model */
     kmp_formulas formulas;
     int bearing_count;     /* pairs of bearings of the model */
     int *bearing;          /* of each, the place of the load of its joint; -1: it is not known */
