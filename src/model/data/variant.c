@@ -440,7 +440,7 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
                 kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
                                 m->motions[c->terms[i].motion].name);
         for (int i = 0; c->gear && i < KMP_GEAR_NUMBERS; i++)
-            if (kmp_gear_has(c->gear, i) && !(c->gear->number[i].value > 0) && !why->length)
+            if (kmp_gear_has(c->gear, (kmp_gear_number)i) && !(c->gear->number[i].value > 0) && !why->length)
                 kmp_text_printf(why, "the %s of gear '%s' is %.6g: it must be positive", kmp_gear_number_keys[i],
                                 c->name, c->gear->number[i].value);
     }
