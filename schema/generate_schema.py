@@ -171,7 +171,7 @@ def gear():
 
 
 def rope():
-    return keyed("rope")
+    return dict(keyed("rope"), oneOf=[{"required": ["along"]}, {"required": ["around"]}])
 
 
 def rope_place():

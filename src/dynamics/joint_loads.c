@@ -16,6 +16,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/language/expression_value.h"
 #include "symbolic/derivative.h"
 #include "symbolic/substitute.h"
@@ -43,7 +44,7 @@ struct kmp_joint_loads {
     int *crossing, *crossing_from; /* of each body: closures between the two sides of its joint */
     int *anywhere, anywhere_count; /* closures of coordinates, or without two points */
     int *gear, gear_count;         /* pairs of gear wheels */
-    int *element, element_count;   /* friction along lengths and angles, and rigid contacts */
+    int *element, element_count;   /* friction along lengths and angles, rigid contacts, elastic ropes */
 };
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
@@ -130,7 +131,9 @@ static void list_elements(kmp_joint_loads *loads, const kmp_tree *tree)
     loads->element = KMP_GRAPH_NEW(tree->graph, int, model->force_count + 1);
     for (int k = 0; loads->element && k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
-        if (force->kind == KMP_FORCE_TOUCH || (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force)))
+        const bool rope = force->kind == KMP_FORCE_COMPLIANT && kmp_name_find(KMP_NAMED(model, rope), force->name) >= 0;
+        if (force->kind == KMP_FORCE_TOUCH || rope ||
+            (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force)))
             loads->element[loads->element_count++] = k;
     }
 }
@@ -203,14 +206,15 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
         add_closure_rows(moved, own < end && (any == last || *own < *any) ? *own++ : *any++, a);
 }
 
-/* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
+/* Friction along a length or an angle, rigid contacts and elastic ropes: their forces are in the values of all modes.
+ */
 static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int across, acting *a)
 {
     const kempe_model *model = moved->model;
     for (int i = 0; i < loads->element_count; i++) {
         const kmp_force *force = &model->forces[loads->element[i]];
         kmp_ref of = KMP_ZERO, value = loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]];
-        if (force->kind == KMP_FORCE_TOUCH) {
+        if (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT) {
             of = kmp_touching_gap(moved, &force->touch);
         } else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
             bool crosses = kmp_depends_on(moved->graph, of, KMP_IN_ALONG);

@@ -576,8 +576,8 @@ static void put_path(kmp_json *json, const picture *p, const kmp_rope *rope)
         const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, place->point);
         kmp_json_put(json, "{ body %d", at.body);
         kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
-        kmp_json_put(json, "turn %d radius %.7g wraps %i wrap %.7g }", place->turn,
-                     place->turn ? place->radius.value : 0, kmp_rope_wraps(rope, k),
+        kmp_json_put(json, "turn %d radius %.7g leaves %i wraps %i wrap %.7g }", place->turn,
+                     place->turn ? place->radius.value : 0, place->leaves, kmp_rope_wraps(rope, k),
                      kmp_rope_wraps(rope, k) ? place->wrap : 0);
     }
     kmp_json_end(json);
@@ -591,10 +591,12 @@ static void put_ropes(kmp_json *json, const picture *p)
     kmp_json_array(json, "ropes");
     for (int r = 0; r < model->rope_count; r++) {
         const kmp_rope *rope = &model->ropes[r];
+        const kmp_rope_place *plane = &rope->places[rope->plane < 0 ? 0 : rope->plane];
+        const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, plane->point);
         double axis[3] = {0, 0, 0};
         if (rope->plane >= 0)
-            sheave_axis(model, &rope->places[rope->plane], axis);
-        kmp_json_put(json, "{ name %s plane %d closed %i", rope->name, rope->plane, rope->closed);
+            sheave_axis(model, plane, axis);
+        kmp_json_put(json, "{ name %s closed %i body %d", rope->name, rope->closed, at.body);
         kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
         put_path(json, p, rope);
         kmp_json_end(json);

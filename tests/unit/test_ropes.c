@@ -381,6 +381,133 @@ static void a_carrier_may_turn(void)
     CHECK(fabs(q[0][0] + 0.1) > 0.01);
 }
 
+/* -- belts and grip -------------------------------------------------------------------------------------- */
+
+#define WHEELS                                                                                                         \
+    "kempe: 1\nground: {points: {A: [0, 0, 0], B: [0.4, 0, 0]}}\nbodies:\n"                                            \
+    "  a: {joint: {revolute: z, at: ground.A}, mass: 1, inertia: {zz: 2e-4}, points: {C: [0, 0, 0]}}\n"                \
+    "  b: {joint: {revolute: z, at: ground.B}, mass: 1, inertia: {zz: 5e-3}, points: {C: [0, 0, 0]}}\n"
+
+/* Open and crossed belts that slide: lengths and wraps. */
+static void belts_have_their_lengths(void)
+{
+    loaded l = load_text(
+        WHEELS "ropes:\n"
+               "  open: {around: [{round: a.C, radius: 50 mm, turn: left}, {round: b.C, radius: 120 mm, turn: "
+               "left}], stiffness: 1000}\n"
+               "  crossed: {around: [{round: a.C, radius: 50 mm, turn: left}, {round: b.C, radius: 120 mm, "
+               "turn: right}], stiffness: 1000}\n");
+    kempe_trajectory *run = simulate(&l, &ways[3], 0.01);
+    CHECK_NEAR(at_start(run, "length(open)"), 1.34635230535379, 1e-14);
+    CHECK_NEAR(at_start(run, "wrap(open.1)"), 2.78978111726236, 1e-14);
+    CHECK_NEAR(at_start(run, "wrap(open.2)"), 3.49340418991723, 1e-14);
+    CHECK_NEAR(at_start(run, "length(crossed)"), 1.40747247182685, 1e-14);
+    CHECK_NEAR(at_start(run, "wrap(crossed.1)"), 4.01951642480931, 1e-14);
+    CHECK_NEAR(at_start(run, "wrap(crossed.2)"), 4.01951642480931, 1e-14);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* A timing belt of 60 kN under 300 N, 4 N m on the small wheel: the oscillation of both wheels, its largest and least
+ * tension, and the loads of both bearings. */
+static void a_timing_belt_oscillates(void)
+{
+    const double period = 2 * pi / 2164.79034004367, cosine = 0.393827373350304 / 0.4, sine = 0.07 / 0.4;
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(
+            WHEELS "ropes: {timing: {around: [{round: a.C, radius: 50 mm, turn: left, grip: yes}, {round: b.C, "
+                   "radius: 120 mm, turn: left, grip: yes}], axial_stiffness: 60 kN, preload: 300 N}}\n"
+                   "forces: {motor: {joint: a, torque: 4}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.01);
+        CHECK_NEAR(last_q(run)[0], 0.19399101010332, 100 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        run = simulate(&l, &ways[k], period / 2);
+        double one[3], two[3];
+        CHECK_NEAR(at_start(run, "tension(timing_1)"), 300, 1e-9);
+        CHECK_NEAR(at_end(run, "tension(timing_1)"), 234.980494148244, 1e4 * ways[k].tolerance);
+        CHECK_NEAR(at_end(run, "tension(timing_2)"), 365.019505851756, 1e4 * ways[k].tolerance);
+        show(run, "reaction(a)", true, 3, one);
+        show(run, "reaction(b)", true, 3, two);
+        CHECK_NEAR(two[0], 600 * cosine, 1e4 * ways[k].tolerance);
+        CHECK_NEAR(two[1], (365.019505851756 - 234.980494148244) * sine, 1e4 * ways[k].tolerance);
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(one[i], -two[i], 1e-9);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Four falls over four sheaves with grip and J = 0.02 kg m^2: the tension of each part. */
+static void a_tackle_turns_its_sheaves(void)
+{
+    static const double tensions[] = {503.703888334995, 504.681954137587, 506.638085742772, 509.572283150548,
+                                      513.484546360917};
+    for (int c = 0; c < 2; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[4096];
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {r: 80 mm, J: 0.02}\nground: {points: {E: [-r, 0, 0], "
+                "C: "
+                "{at: [2*r, 0, 0], " SEEN "}, D: {at: [6*r, 0, 0], " SEEN "}}}\nbodies:\n"
+                "  block: {joint: {name: z, prismatic: z, at: ground}, mass: 200, points: {A: {at: [0, 0, -2], " SEEN
+                "}, B: {at: [4*r, 0, -2], " SEEN "}}}\n"
+                "  weight: {joint: {name: w, prismatic: z, at: ground}, mass: 60, points: {P: [7*r, 0, -1]}}\n"
+                "  a: {joint: {revolute: z, at: block.A}, mass: 0, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+                "  b: {joint: {revolute: z, at: block.B}, mass: 0, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+                "  c: {joint: {revolute: z, at: ground.C}, mass: 0, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+                "  d: {joint: {revolute: z, at: ground.D}, mass: 0, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+                "ropes:\n  fall:\n    along:\n      - ground.E\n"
+                "      - {round: a.C, radius: r, turn: left, grip: yes}\n"
+                "      - {round: c.C, radius: r, turn: right, grip: yes}\n"
+                "      - {round: b.C, radius: r, turn: left, grip: yes}\n"
+                "      - {round: d.C, radius: r, turn: right, grip: yes}\n      - weight.P\n%s",
+                c ? "    slack: no\n" : "");
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.2);
+            for (int i = 0; i < 5; i++) {
+                char output[32];
+                (void)snprintf(output, sizeof output, "tension(fall_%d)", i + 1);
+                CHECK_NEAR(at_end(run, output), tensions[i], 1e-7);
+            }
+            CHECK_NEAR(at_end(run, "qdd(z)"), 0.312981056829511, 1e-9);
+            CHECK_NEAR(at_end(run, "q(d)"), -4 * 0.02 * 0.312981056829511 / 0.08, 1e-8);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* A pendulum of 1 m meets a peg: the free part is then half as long, and the tension changes from 2 g to 3 g. It swings
+ * back and leaves the peg. */
+static void a_pendulum_meets_a_peg(void)
+{
+    static const char *const kinds[] = {"", ", slack: no"};
+    for (int c = 0; c < 2; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0], C: [0.05, -0.5, 0]}}\n"
+                           "bodies: {m: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: "
+                           "{P: [0, 0, 0]}}}\n"
+                           "ropes: {rope: {along: [ground.O, {round: ground.C, radius: 50 mm, turn: left, may_leave: "
+                           "yes}, m.P]%s}}\n"
+                           "start: {q: {x: -0.866025403784439, y: -0.5}, hold: [x]}\n",
+                           kinds[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.738218666720129);
+            CHECK_NEAR(at_end(run, "wrap(rope.2)"), 1.17039370030793, 10 * ways[k].tolerance);
+            CHECK_NEAR(at_end(run, "tension(rope)"), 13.5178079079757, 100 * ways[k].tolerance);
+            CHECK_NEAR(at_start(run, "wrap(rope.2)"), 0, 0);
+            CHECK_NEAR(at_end(run, "length(rope)"), 1, 10 * ways[k].tolerance);
+            const kmp_log_entry *meets = entry(run, "event", 0);
+            CHECK(meets && strstr(meets->text, "rope 'rope' is off 'ground.C' became false"));
+            if (meets)
+                CHECK_NEAR(meets->t, 0.538218666720129, 10 * ways[k].tolerance);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
 /* -- with other studies ---------------------------------------------------------------------------------- */
 
 #define FALLS                                                                                                          \
@@ -541,7 +668,8 @@ static void refused(void)
         {"along: [ground.E]", "a path has two places or more"},
         {"along: [ground.E, {drum: ground.C, radius: 0.1, turn: left}, b.P]", "a drum is its first or its last place"},
         {"along: [{round: ground.C, radius: 0.1, turn: left}, b.P]", "a sheave lies between two other places"},
-        {"along: [{drum: ground.C, radius: 0.1, turn: left, friction: 0.1}, b.P]", "a drum has no friction"},
+        {"along: [{drum: ground.C, radius: 0.1, turn: left, friction: 0.1}, b.P]",
+         "a drum, or a wheel with grip, has no friction"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, friction: 0.1}, b.P]",
          "friction on a sheave is for an elastic rope, or for an inextensible one with 'slack: no'"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, friction: 0.1}, {round: ground.D, radius: 0.1, "
@@ -558,6 +686,21 @@ static void refused(void)
         {"along: [ground.E, b.P], slack: maybe", "slack is yes or no"},
         {"along: [ground.E, ground.E]", "are at one place at the start"},
         {"along: [ground.E, b.Q]", "'b' has no point 'Q'"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, grip: yes}, b.P], length: 3",
+         "has the length at the start"},
+        {"along: [{round: ground.C, radius: 0.1, turn: left, grip: yes}, b.P]",
+         "a rope ends on a drum, not on a wheel"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, grip: no}, b.P]", "grip is 'yes' or absent"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, grip: yes, friction: 0.1}, b.P]",
+         "a drum, or a wheel with grip, has no friction"},
+        {"around: [{round: ground.C, radius: 0.1, turn: left}, {round: ground.D, radius: 0.1, turn: left, may_leave: "
+         "yes}]",
+         "a closed rope leaves a sheave only if two others remain"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, may_leave: yes}, {round: ground.D, radius: 0.1, "
+         "turn: left, may_leave: yes}, b.P]",
+         "a rope may leave one of its sheaves"},
+        {"along: [ground.E, b.P], around: [ground.E, b.P]", "along, around"},
+        {"around: [{drum: ground.C, radius: 0.1, turn: left}, b.P]", "a drum is its first or its last place"},
         {"along: [ground.E, b.P]}, f: {along: [ground.E, b.P]", "the section contacts has 'f', the name of its own"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[2048];
@@ -616,6 +759,10 @@ int main(void)
     TEST(a_load_turns_a_drum);
     TEST(a_winch_by_law_lifts);
     TEST(a_carrier_may_turn);
+    TEST(belts_have_their_lengths);
+    TEST(a_timing_belt_oscillates);
+    TEST(a_tackle_turns_its_sheaves);
+    TEST(a_pendulum_meets_a_peg);
     TEST(derivatives_follow_parameters);
     TEST(instances_are_runs);
     TEST(a_load_hangs_in_balance);

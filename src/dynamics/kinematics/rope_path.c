@@ -22,8 +22,8 @@
 /* Smallest wrap of a sheave, in rad: a rope that just touches it starts with rounding. */
 #define LEAST_WRAP -1e-6
 
-/* Conditions of a place. */
-enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS };
+/* Conditions of a place: of the path with all sheaves, then of the path without one that the rope has left. */
+enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS };
 
 /* A path in the axes of the link that carries all its places. */
 typedef struct path {
@@ -31,6 +31,8 @@ typedef struct path {
     const kmp_rope *rope;
     int link;
     kmp_vec axis;
+    int without;   /* a place that it leaves out; -1: none */
+    kmp_ref holds; /* 1 where the rope has this path, otherwise 0 */
 } path;
 
 typedef struct span {
@@ -40,7 +42,11 @@ typedef struct span {
 
 static path path_of(const kmp_tree *tree, const kmp_rope *rope)
 {
-    path p = {.tree = tree, .rope = rope, .link = kmp_point_link(tree, rope->places[0].point)};
+    path p = {.tree = tree,
+              .rope = rope,
+              .link = kmp_point_link(tree, rope->places[0].point),
+              .without = -1,
+              .holds = KMP_ONE};
     for (int k = 0; k < rope->count; k++) {
         const kmp_rope_place *place = &rope->places[k];
         p.link = kmp_tree_common(tree, p.link, kmp_point_link(tree, place->point));
@@ -63,6 +69,30 @@ static const char *point_name(const path *p, int place, const char **body)
     return point->name;
 }
 
+/* The place after another one, and before it. */
+static int after(const path *p, int k)
+{
+    const int next = (k + 1) % p->rope->count;
+    return next == p->without ? (next + 1) % p->rope->count : next;
+}
+
+static int before(const path *p, int k)
+{
+    const int count = p->rope->count, last = (k + count - 1) % count;
+    return last == p->without ? (last + count - 1) % count : last;
+}
+
+/* The value of a condition of this path, and its number. */
+static kmp_ref where_it_holds(const path *p, kmp_ref value)
+{
+    return p->holds == KMP_ONE ? value : kmp_select(p->tree->graph, p->holds, value, KMP_ONE);
+}
+
+static int numbered(const path *p, int condition)
+{
+    return p->without < 0 ? condition : PATH_CONDITIONS + condition;
+}
+
 static kmp_ref signed_radius(const path *p, int place)
 {
     const kmp_ref r = kmp_tree_number(p->tree, &p->rope->places[place].radius);
@@ -75,7 +105,7 @@ static void end_span(const path *p, int k, int next, kmp_ref difference, kmp_ref
     kmp_graph *g = p->tree->graph;
     const char *body[2], *name[2] = {point_name(p, k, &body[0]), point_name(p, next, &body[1])};
     const kmp_ref least = kmp_mul(g, kmp_const(g, LEAST_SPAN * LEAST_SPAN), kmp_mul(g, difference, difference));
-    kmp_tree_end(p->tree, &p->rope->places[k], SPAN_ENDS, kmp_sub(g, square, least),
+    kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, SPAN_ENDS), where_it_holds(p, kmp_sub(g, square, least)),
                  "one of them has come to the rim of the other, where the rope has no free part left",
                  "rope '%s': '%s.%s' and '%s.%s' touch", p->rope->name, body[0], name[0], body[1], name[1]);
 }
@@ -85,7 +115,7 @@ static span span_of(const path *p, int k)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_rope *rope = p->rope;
-    const int next = (k + 1) % rope->count;
+    const int next = after(p, k);
     const kmp_vec whole = kmp_vec_sub(g, kmp_point_position(p->tree, rope->places[next].point, p->link),
                                       kmp_point_position(p->tree, rope->places[k].point, p->link));
     const kmp_ref all = kmp_vec_dot(g, whole, whole);
@@ -115,8 +145,8 @@ static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, 
     const kmp_ref change = kmp_binary(g, KMP_OP_ATAN2, kmp_sub(g, kmp_mul(g, c, sine), kmp_mul(g, s, cosine)),
                                       kmp_add(g, kmp_mul(g, c, cosine), kmp_mul(g, s, sine)));
     const char *body, *name = point_name(p, k, &body);
-    kmp_tree_end(p->tree, &p->rope->places[k], TURN_ENDS,
-                 kmp_sub(g, kmp_const(g, MOST_TURNED * MOST_TURNED), kmp_mul(g, change, change)),
+    const kmp_ref left = kmp_sub(g, kmp_const(g, MOST_TURNED * MOST_TURNED), kmp_mul(g, change, change));
+    kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, TURN_ENDS), where_it_holds(p, left),
                  "angles of a rope at a sheave are within half a turn of the start",
                  "rope '%s' has turned by 3.1 rad about '%s.%s' since the start", p->rope->name, body, name);
     return change;
@@ -129,17 +159,57 @@ static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
     const kmp_ref change = turned_from(p, k, in, out, place->turn * place->wrap);
     const kmp_ref wrap = kmp_add(g, kmp_const(g, place->wrap), place->turn > 0 ? change : kmp_neg(change));
     const char *body, *name = point_name(p, k, &body);
-    kmp_tree_end(p->tree, place, WRAP_ENDS, kmp_sub(g, wrap, kmp_const(g, LEAST_WRAP)),
+    if (place->leaves)
+        return wrap;
+    kmp_tree_end(p->tree, place, numbered(p, WRAP_ENDS), where_it_holds(p, kmp_sub(g, wrap, kmp_const(g, LEAST_WRAP))),
                  "from here on it would be straight", "rope '%s' leaves the sheave at '%s.%s'", p->rope->name, body,
                  name);
     return wrap;
 }
 
+static kmp_ref wrap_at(const path *p, int k)
+{
+    return wrap_between(p, k, span_of(p, before(p, k)).along, span_of(p, k).along);
+}
+
+/* The place that a rope may leave; -1: there is none. */
+static int leaving(const kmp_rope *rope)
+{
+    for (int k = 0; k < rope->count; k++)
+        if (rope->places[k].leaves)
+            return k;
+    return -1;
+}
+
+/* 1 where the rope is off the sheave that it may leave. */
+static kmp_ref is_off(const path *p, int k)
+{
+    const char *body, *name = point_name(p, k, &body);
+    return kmp_tree_condition(p->tree, &p->rope->places[k], OFF, wrap_at(p, k), 0, NULL, "rope '%s' is off '%s.%s'",
+                              p->rope->name, body, name);
+}
+
+/* A value of the path that the rope has: with all sheaves, or without the one that it has left. */
+static kmp_ref on_path(const kmp_tree *tree, const kmp_rope *rope, int place,
+                       kmp_ref (*value)(const path *p, int place))
+{
+    kmp_graph *g = tree->graph;
+    const int k = leaving(rope);
+    path whole = path_of(tree, rope);
+    if (k < 0)
+        return value(&whole, place);
+    const kmp_ref off = is_off(&whole, k);
+    path straight = whole;
+    straight.without = k;
+    straight.holds = off;
+    whole.holds = kmp_sub(g, KMP_ONE, off);
+    const kmp_ref without = place == k ? KMP_ZERO : value(&straight, place);
+    return kmp_select(g, off, without, value(&whole, place));
+}
+
 kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
 {
-    const path p = path_of(tree, rope);
-    return wrap_between(&p, place, span_of(&p, (place + rope->count - 1) % rope->count).along,
-                        span_of(&p, place).along);
+    return on_path(tree, rope, place, wrap_at);
 }
 
 /* Rim that has turned to the left with the body, less what the direction of the span has turned: both against the
@@ -169,25 +239,28 @@ static kmp_ref length_to(const path *p, int place)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_rope *rope = p->rope;
-    const int spans = kmp_rope_spans(rope);
     kmp_ref sum = KMP_ZERO;
-    span before = rope->closed ? span_of(p, spans - 1) : (span){0};
-    for (int k = 0; k < spans && k != place; k++) {
+    span in = rope->closed ? span_of(p, before(p, 0)) : (span){0};
+    for (int k = 0, next; k != place; k = next) {
+        next = after(p, k);
+        if (!rope->closed && next == 0)
+            break;
         const span own = span_of(p, k);
-        if ((k > 0 || rope->closed) && kmp_rope_wraps(rope, k)) {
+        if (kmp_rope_wraps(rope, k)) {
             const kmp_ref r = kmp_tree_number(p->tree, &rope->places[k].radius);
-            sum = kmp_add(g, sum, kmp_mul(g, r, wrap_between(p, k, before.along, own.along)));
+            sum = kmp_add(g, sum, kmp_mul(g, r, wrap_between(p, k, in.along, own.along)));
         }
         sum = kmp_add(g, sum, own.length);
-        before = own;
+        in = own;
+        if (next == 0)
+            break;
     }
     return sum;
 }
 
 kmp_ref kmp_rope_length(const kmp_tree *tree, const kmp_rope *rope)
 {
-    const path p = path_of(tree, rope);
-    return length_to(&p, -1);
+    return on_path(tree, rope, -1, length_to);
 }
 
 /* The length that the drum at an end has paid out, without its value at the start. */
@@ -196,13 +269,20 @@ static kmp_ref paid_by(const path *p, bool last)
     const int k = last ? p->rope->count - 1 : 0;
     if (!p->rope->places[k].drum)
         return KMP_ZERO;
-    const kmp_ref paid = rolled(p, k, span_of(p, last ? k - 1 : 0).along);
+    const kmp_ref paid = rolled(p, k, span_of(p, last ? before(p, k) : 0).along);
     return last ? kmp_neg(paid) : paid;
 }
 
-static kmp_ref paid(const path *p)
+static kmp_ref paid_on(const path *p, int unused)
 {
+    (void)unused;
     return kmp_add(p->tree->graph, paid_by(p, false), paid_by(p, true));
+}
+
+static kmp_ref paid(const kmp_tree *tree, const kmp_rope *rope)
+{
+    const bool drums = rope->places[0].drum || rope->places[rope->count - 1].drum;
+    return drums ? on_path(tree, rope, -1, paid_on) : KMP_ZERO;
 }
 
 kmp_ref kmp_rope_slide(const kmp_tree *tree, const kmp_rope *rope, int place)
@@ -210,7 +290,7 @@ kmp_ref kmp_rope_slide(const kmp_tree *tree, const kmp_rope *rope, int place)
     const path p = path_of(tree, rope);
     kmp_graph *g = tree->graph;
     const kmp_ref arrived = kmp_sub(g, length_to(&p, place), paid_by(&p, false));
-    return kmp_add(g, arrived, rolled(&p, place, span_of(&p, place - 1).along));
+    return kmp_add(g, arrived, rolled(&p, place, span_of(&p, before(&p, place)).along));
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -264,9 +344,8 @@ static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref *length
         kmp_graph_fail(g);
         return;
     }
-    const path p = path_of(&plain, rope);
-    values[0] = length_to(&p, -1);
-    values[1] = paid(&p);
+    values[0] = kmp_rope_length(&plain, rope);
+    values[1] = paid(&plain, rope);
     put_start(tree, 2, values);
     kmp_tree_free(&plain);
     *length = values[0];
@@ -280,14 +359,15 @@ static kmp_ref unloaded(const kmp_tree *tree, const kmp_rope *rope, kmp_ref leng
     if (rope->preload.value == 0 && !rope->preload.expr)
         return length;
     const kmp_ref stretch = kmp_div(g, kmp_tree_number(tree, &rope->preload), kmp_tree_number(tree, &rope->stiffness));
+    if (rope->axial && kmp_rope_is_belt(rope))
+        return kmp_mul(g, length, kmp_sub(g, KMP_ONE, stretch));
     return rope->axial ? kmp_div(g, length, kmp_add(g, KMP_ONE, stretch)) : kmp_sub(g, length, stretch);
 }
 
 kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
 {
     kmp_graph *g = tree->graph;
-    const path p = path_of(tree, rope);
-    const kmp_ref now = paid(&p);
+    const kmp_ref now = paid(tree, rope);
     if (rope->length && now == KMP_ZERO)
         return kmp_tree_expression(tree, rope->length);
     kmp_ref length = KMP_ZERO, before = KMP_ZERO;

@@ -19,6 +19,7 @@ typedef struct kmp_rope_place {
     int turn;    /* 1: the rope turns to the left as seen against the axis of the rope, -1: right; 0: a point */
     int axis;    /* of a turn: of its point's axes */
     bool drum;   /* the rope ends on it */
+    bool leaves; /* the rope may leave this sheave and meet it again; one place of a rope */
     bool turns;  /* its rotation counts */
     int carrier; /* body */
     int turning_count;
@@ -49,6 +50,12 @@ typedef struct kmp_rope {
 static inline bool kmp_rope_wraps(const kmp_rope *rope, int place)
 {
     return rope->places[place].turn != 0 && !rope->places[place].drum;
+}
+
+/** A part of a belt between two wheels with grip, or drums: its strain is its elongation over its length. */
+static inline bool kmp_rope_is_belt(const kmp_rope *rope)
+{
+    return rope->places[0].drum && rope->places[rope->count - 1].drum;
 }
 
 /** The number of spans. Span k is from place k to the next one. */

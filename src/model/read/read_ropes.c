@@ -64,6 +64,23 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
                        kmp_check_rule(c->r, groove, of[1], KMP_FIELD_POSITIVE, number.value, ""));
 }
 
+/* The sheave that the rope may leave. */
+static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "may_leave");
+    static const char *const words[] = {"yes"};
+    if (!node)
+        return true;
+    for (int k = 0; k < c->rope->count; k++)
+        if (c->rope->places[k].leaves)
+            return kmp_reader_complain(c->r, node->place, "%s: a rope may leave one of its sheaves", c->what);
+    if (c->rope->closed && c->list->count < 3)
+        return kmp_reader_complain(c->r, node->place, "%s: a closed rope leaves a sheave only if two others remain",
+                                   c->what);
+    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is", "") == 0;
+    return place->leaves;
+}
+
 static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
 {
     static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
@@ -85,14 +102,14 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
     if (full < 0 || full != floor(full))
         return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number, 0 or more, is expected", of, full);
     place->wrap = TURN * full;
-    return read_rim(c, map, place);
+    return read_rim(c, map, place) && read_leaving(c, map, place);
 }
 
 /* Keys that only a sheave between the ends has. */
 static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
 {
-    static const char *const keys[] = {"turns", "friction", "groove"};
-    const bool end = k == 0 || k == c->list->count - 1;
+    static const char *const keys[] = {"turns", "friction", "groove", "may_leave"};
+    const bool end = !c->rope->closed && (k == 0 || k == c->list->count - 1);
     if (drum && !end)
         return kmp_reader_complain(c->r, map->place,
                                    "%s: a rope ends on a drum, so that a drum is its first or its last place", c->what);
@@ -100,12 +117,19 @@ static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
         return kmp_reader_complain(c->r, map->place,
                                    "%s: a sheave lies between two other places; a rope ends at a point or on a drum",
                                    c->what);
-    for (int i = 0; drum && i < 3; i++)
+    for (int i = 0; drum && i < 4; i++)
         if (kmp_yaml_get(map, keys[i]))
             return kmp_reader_complain(c->r, kmp_yaml_get(map, keys[i])->place,
-                                       "%s: a drum has no %s: the rope is fixed to it", c->what, keys[i]);
+                                       "%s: a drum, or a wheel with grip, has no %s: the rope does not slide there",
+                                       c->what, keys[i]);
     if (kmp_yaml_get(map, "groove") && !kmp_yaml_get(map, "friction"))
         return kmp_reader_complain(c->r, map->place, "%s: groove belongs to friction", c->what);
+    if (kmp_yaml_get(map, "grip"))
+        return kmp_reader_complain(c->r, map->place, "%s: grip is 'yes' or absent, and belongs to a 'round'", c->what);
+    if (c->rope->closed && kmp_yaml_get(map, "friction"))
+        return kmp_reader_complain(c->r, map->place, "%s: friction on a sheave is for a rope with two ends", c->what);
+    if (kmp_yaml_get(map, "may_leave") && kmp_yaml_get(map, "friction"))
+        return kmp_reader_complain(c->r, map->place, "%s: a sheave with friction has no may_leave", c->what);
     return true;
 }
 
@@ -310,7 +334,7 @@ static bool read_kind(const reading *c)
 static void read_rope(const reading *c)
 {
     const kmp_yaml *length = kmp_yaml_get(c->map, "length");
-    const char *of = kmp_reader_say(c->r, "%s: along", c->what);
+    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, c->rope->closed ? "around" : "along");
     kmp_rope *rope = c->rope;
     bool good = read_kind(c);
     if (length) {
@@ -333,6 +357,7 @@ static void read_rope(const reading *c)
 
 void kmp_read_ropes(kmp_reader *r)
 {
+    static const char *const ways[] = {"along", "around"};
     kempe_model *model = r->model;
     kmp_section s = kmp_read_section(r, "ropes", "rope");
     if (s.count == 0)
@@ -349,12 +374,13 @@ void kmp_read_ropes(kmp_reader *r)
     while (kmp_section_next(&s)) {
         kmp_rope *rope = &model->ropes[model->rope_count++];
         *rope = (kmp_rope){.name = s.name, .place = s.node->place, .plane = -1};
-        const reading c = {r, s.node, NULL, s.what, rope, poses, (const double(*)[3])axes};
-        if (kmp_read_map(r, s.node, s.what, rope_keys) && kmp_read_required(r, s.node, s.what, "along") && !r->wrong) {
-            reading with = c;
-            with.list = kmp_yaml_get(s.node, "along");
-            read_rope(&with);
-        }
+        const int way = kmp_read_map(r, s.node, s.what, rope_keys) && !r->wrong
+                            ? kmp_read_one_key(r, s.node, s.what, KMP_NAMES_OF(ways))
+                            : -1;
+        rope->closed = way == 1;
+        if (way >= 0)
+            read_rope(
+                &(reading){r, s.node, kmp_yaml_get(s.node, ways[way]), s.what, rope, poses, (const double(*)[3])axes});
     }
 }
 
@@ -443,7 +469,7 @@ static double find_turn(const start_path *p, int k)
     if (!kmp_rope_wraps(p->rope, k))
         return 0;
     double wrap = place->turn * angle_between(p, in, p->along[k]);
-    if (wrap < -NO_WRAP)
+    if (wrap < -NO_WRAP && !place->leaves)
         wrap += TURN;
     place->wrap += wrap;
     return place->radius.value * place->wrap;
@@ -457,6 +483,14 @@ static double start_of(const kempe_model *model, int motion, const double *param
             model->closures[c].function)
             return kmp_expr_value(model->closures[c].function, parameters);
     return model->start.q[motion].value;
+}
+
+static bool may_leave(const kmp_rope *rope)
+{
+    bool leaves = false;
+    for (int k = 0; k < rope->count; k++)
+        leaves = leaves || rope->places[k].leaves;
+    return leaves;
 }
 
 static void settle(start_path *p)
@@ -480,7 +514,7 @@ static void settle(start_path *p)
     for (int k = 0; k < rope->count; k++)
         sum += find_turn(p, k);
     const double length = rope->length ? kmp_expr_value(rope->length, p->r->parameter_values) : sum;
-    if (rope->length && rope->kind == KMP_ROPE_PULLS && length < sum - SHORT * sum)
+    if (rope->length && rope->kind == KMP_ROPE_PULLS && !may_leave(rope) && length < sum - SHORT * sum)
         kmp_reader_complain(p->r, rope->place,
                             "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",
                             rope->name, sum, length);

@@ -65,6 +65,13 @@ static bool is_elastic(const rope *own)
     return kmp_yaml_get(own->map, "axial_stiffness") || kmp_yaml_get(own->map, "stiffness");
 }
 
+/* Between two drums, as kmp_rope_is_belt. */
+static bool is_belt(const rope *own)
+{
+    const kmp_yaml *const *places = own->along->items;
+    return kmp_yaml_get(places[0], "drum") && kmp_yaml_get(places[own->along->count - 1], "drum");
+}
+
 /* The closure or the contact. */
 static void add_tension(rewriting *w, const rope *own)
 {
@@ -83,8 +90,9 @@ static void add_tension(rewriting *w, const rope *own)
         kmp_yaml_put(arena, entry, place, "stiffness", kmp_yaml_get(own->map, "stiffness"));
     } else if (stiffness || axial) {
         const char *strain = damping ? kmp_reader_say(w->r, "(depth + (%s)*rate)", damping) : "depth";
+        const char *over = is_belt(own) ? "length" : "free_length";
         const char *force = stiffness ? kmp_reader_say(w->r, "(%s)*%s", stiffness, strain)
-                                      : kmp_reader_say(w->r, "(%s)*%s/free_length(%s)", axial, strain, own->own);
+                                      : kmp_reader_say(w->r, "(%s)*%s/%s(%s)", axial, strain, over, own->own);
         kmp_yaml_put(arena, entry, place, "force", word(w, place, force));
     } else if (!taut) {
         kmp_yaml_put(arena, entry, place, "restitution", restitution ? restitution : word(w, place, "0"));
@@ -138,6 +146,102 @@ static void add_frictions(rewriting *w, const rope *own)
         add_friction(w, own, found);
 }
 
+/* -- wheels with grip ---------------------------------------------------------------------------------- */
+
+static const kmp_yaml *path_of(const kmp_yaml *map)
+{
+    const kmp_yaml *along = kmp_yaml_get(map, "along"), *list = along ? along : kmp_yaml_get(map, "around");
+    return list && list->kind == KMP_YAML_LIST && list->count > 0 ? list : NULL;
+}
+
+static bool grips(const kmp_yaml *place)
+{
+    const kmp_yaml *grip = kmp_yaml_get(place, "round") ? kmp_yaml_get(place, "grip") : NULL;
+    return grip && grip->kind == KMP_YAML_SCALAR && strcmp(grip->text, "yes") == 0;
+}
+
+/* A wheel with grip as the end of a part: a drum. */
+static const kmp_yaml *as_drum(rewriting *w, const kmp_yaml *place)
+{
+    kmp_yaml *drum = kmp_yaml_new(&w->r->scratch, KMP_YAML_MAP, place->place);
+    for (int k = 0; k < place->count; k++) {
+        const char *key = place->keys[k]->text;
+        if (strcmp(key, "grip") != 0)
+            kmp_yaml_put(&w->r->scratch, drum, place->keys[k]->place, strcmp(key, "round") == 0 ? "drum" : key,
+                         place->items[k]);
+    }
+    return drum;
+}
+
+/* The part of a rope from one place to another one, which follows it in the list or from its beginning on. */
+static const kmp_yaml *part_of(rewriting *w, const kmp_yaml *map, int from, int to)
+{
+    kmp_arena *arena = &w->r->scratch;
+    const kmp_yaml *path = path_of(map);
+    kmp_yaml *part = kmp_yaml_new(arena, KMP_YAML_MAP, map->place);
+    kmp_yaml *places = kmp_yaml_new(arena, KMP_YAML_LIST, path->place);
+    for (int k = from;; k = (k + 1) % path->count) {
+        const kmp_yaml *place = path->items[k];
+        kmp_yaml_append(arena, places, NULL, grips(place) ? as_drum(w, place) : place);
+        if (k == to && places->count > 1)
+            break;
+    }
+    kmp_yaml_put(arena, part, path->place, "along", places);
+    for (int k = 0; k < map->count; k++)
+        if (map->items[k] != path)
+            kmp_yaml_put(arena, part, map->keys[k]->place, map->keys[k]->text, map->items[k]);
+    return part;
+}
+
+/* Puts the parts of a rope between wheels with grip into a section, NAME_1, NAME_2, .., or the rope without them. */
+static void divide(rewriting *w, const kmp_yaml *key, const kmp_yaml *map, kmp_yaml *parts)
+{
+    const kmp_yaml *path = path_of(map);
+    const bool closed = kmp_yaml_get(map, "around") && !kmp_yaml_get(map, "along");
+    int first = -1, from = closed ? -1 : 0, count = 0;
+    for (int k = 0; path && k < path->count; k++) {
+        const bool grip = grips(path->items[k]), end = !closed && k == path->count - 1;
+        if (grip && !closed && (k == 0 || end))
+            kmp_reader_complain(w->r, path->items[k]->place,
+                                "rope '%s': a rope ends on a drum, not on a wheel with grip", key->text);
+        if (!grip && !(end && first >= 0))
+            continue;
+        if (from >= 0)
+            kmp_yaml_put(&w->r->scratch, parts, key->place, kmp_reader_say(w->r, "%s_%d", key->text, ++count),
+                         part_of(w, map, from, k));
+        first = first < 0 ? k : first;
+        from = k;
+    }
+    if (first >= 0 && closed)
+        kmp_yaml_put(&w->r->scratch, parts, key->place, kmp_reader_say(w->r, "%s_%d", key->text, ++count),
+                     part_of(w, map, from, first));
+    if (first < 0)
+        kmp_yaml_put(&w->r->scratch, parts, key->place, key->text, map);
+    else if (kmp_yaml_get(map, "length") || kmp_yaml_get(map, "stiffness"))
+        kmp_reader_complain(w->r, key->place,
+                            "rope '%s': a rope that wheels with grip divide has the length at the start, and its "
+                            "stiffness is axial_stiffness: leave out length and stiffness",
+                            key->text);
+}
+
+/* -- all of them --------------------------------------------------------------------------------------- */
+
+static void add_elements(rewriting *w, const kmp_yaml *ropes)
+{
+    for (int k = 0; k < ropes->count; k++) {
+        const kmp_yaml *map = ropes->items[k], *key = ropes->keys[k];
+        const rope own = {.key = key,
+                          .map = map,
+                          .along = path_of(map),
+                          .name = key->text,
+                          .own = kmp_reader_own_name(w->r, key->place.file, key->text)};
+        if (!own.along) /* reported where the path is read */
+            continue;
+        add_tension(w, &own);
+        add_frictions(w, &own);
+    }
+}
+
 void kmp_read_rope_elements(kmp_reader *r)
 {
     const kmp_yaml *ropes = kmp_yaml_get(r->root, "ropes");
@@ -145,18 +249,13 @@ void kmp_read_rope_elements(kmp_reader *r)
     if (!ropes || ropes->kind != KMP_YAML_MAP || ropes->count == 0)
         return;
     w.root = kmp_yaml_copy(&r->scratch, r->root);
-    for (int k = 0; w.root && k < ropes->count; k++) {
-        const kmp_yaml *map = ropes->items[k], *along = kmp_yaml_get(map, "along");
-        const rope own = {.key = ropes->keys[k],
-                          .map = map,
-                          .along = along,
-                          .name = ropes->keys[k]->text,
-                          .own = kmp_reader_own_name(r, ropes->keys[k]->place.file, ropes->keys[k]->text)};
-        if (!map || map->kind != KMP_YAML_MAP || !along || along->kind != KMP_YAML_LIST)
-            continue; /* reported where the path is read */
-        add_tension(&w, &own);
-        add_frictions(&w, &own);
-    }
-    if (w.root)
-        r->root = w.root;
+    kmp_yaml *parts = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, ropes->place);
+    if (!w.root || !parts)
+        return;
+    for (int k = 0; k < ropes->count; k++)
+        if (ropes->items[k])
+            divide(&w, ropes->keys[k], ropes->items[k], parts);
+    w.root->items[kmp_yaml_find(w.root, "ropes")] = parts;
+    add_elements(&w, parts);
+    r->root = w.root;
 }

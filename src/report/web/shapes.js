@@ -207,9 +207,9 @@ const discSpokes = (rim) => [0, 1, 2].map((k) => rim[Math.floor((k * rim.length)
 
 /* Points along a rope in the ground's axes: its spans, and arcs on its sheaves by angles that are continuous from the start. */
 function ropePoints(rope, poses) {
-    const { places } = rope, count = places.length, plane = places[rope.plane], points = [];
+    const { places } = rope, count = places.length, points = [];
     if (count === 0) return points;
-    const origin = plane && moved(poses[plane.body], plane.at), axis = plane ? sub(moved(poses[plane.body], add(plane.at, rope.axis)), origin) : [0, 0, 0];
+    const axis = sub(moved(poses[rope.body], rope.axis), moved(poses[rope.body], [0, 0, 0]));
     const centres = places.map((place) => moved(poses[place.body], place.at)), signed = places.map((place) => place.turn * place.radius);
     const spans = Array.from({ length: rope.closed ? count : count - 1 }, (_, k) => {
         const next = (k + 1) % count, whole = sub(centres[next], centres[k]), d = sub(whole, scaled(dot(whole, axis), axis)), p = signed[next] - signed[k];
@@ -220,13 +220,19 @@ function ropePoints(rope, poses) {
         const side = scaled(-signed[k], cross(axis, along)), turned = places[k].turn * angle;
         return add(centres[k], add(scaled(Math.cos(turned), side), scaled(Math.sin(turned), cross(axis, side))));
     };
+    const wrapAt = (k, into, out) => {
+        const change = places[k].turn * Math.atan2(dot(axis, cross(into, out)), dot(into, out)) - places[k].wrap;
+        return places[k].wrap + Math.atan2(Math.sin(change), Math.cos(change));
+    };
+    /* Without a sheave that the rope has left. */
+    const left = places.findIndex(({ leaves }, k) => leaves && wrapAt(k, spans.at(k - 1), spans[k]) < 0);
+    if (left >= 0) return ropePoints({ ...rope, places: places.filter((_, k) => k !== left) }, poses);
     places.forEach((place, k) => {
         const into = k > 0 || rope.closed ? spans.at(k - 1) : null, out = spans[k] || (rope.closed ? spans[0] : null);
         if (place.turn === 0) points.push(centres[k]);
         else if (!place.wraps) points.push(rim(k, out || into, 0));
         else {
-            const change = place.turn * Math.atan2(dot(axis, cross(into, out)), dot(into, out)) - place.wrap;
-            const wrap = place.wrap + Math.atan2(Math.sin(change), Math.cos(change)), steps = Math.max(1, Math.ceil((RIM * Math.abs(wrap)) / (2 * Math.PI)));
+            const wrap = wrapAt(k, into, out), steps = Math.max(1, Math.ceil((RIM * Math.abs(wrap)) / (2 * Math.PI)));
             for (let i = 0; i <= steps; i++) points.push(rim(k, into, (wrap * i) / steps));
         }
     });
