@@ -508,6 +508,26 @@ static void a_pendulum_meets_a_peg(void)
         }
 }
 
+/* A driven arm stands up at the start: a rope without a length has the length there, in all formulations. */
+static void a_start_is_as_driven(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l =
+            load_text("kempe: 1\nground: {points: {O: {at: [0, 0, 0], " SEEN "}, E: [0, 0, -1]}}\nbodies:\n"
+                      "  arm: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {P: [1, 0, "
+                      "0]}}\n"
+                      "drives: {turn: {joint: arm, angle: pi/2 + t^2}}\n"
+                      "ropes: {r: {along: [ground.E, arm.P], stiffness: 1 kN/m, preload: 3 N}}\n"
+                      "sensors: {free: free_length(r)}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        CHECK_NEAR(at_start(run, "length(r)"), 2, 1e-12);
+        CHECK_NEAR(at_end(run, "free"), 2 - 3e-3, 1e-12);
+        CHECK_NEAR(at_start(run, "tension(r)"), 3, 1e-9);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* -- with other studies ---------------------------------------------------------------------------------- */
 
 #define FALLS                                                                                                          \
@@ -699,6 +719,8 @@ static void refused(void)
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, may_leave: yes}, {round: ground.D, radius: 0.1, "
          "turn: left, may_leave: yes}, b.P]",
          "a rope may leave one of its sheaves"},
+        {"around: [{round: ground.C, radius: 0.1, turn: left, grip: yes}, b.P], slack: no",
+         "the tensions of a closed belt without slack are not unique"},
         {"along: [ground.E, b.P], around: [ground.E, b.P]", "along, around"},
         {"around: [{drum: ground.C, radius: 0.1, turn: left}, b.P]", "a drum is its first or its last place"},
         {"along: [ground.E, b.P]}, f: {along: [ground.E, b.P]", "the section contacts has 'f', the name of its own"}};
@@ -759,6 +781,7 @@ int main(void)
     TEST(a_load_turns_a_drum);
     TEST(a_winch_by_law_lifts);
     TEST(a_carrier_may_turn);
+    TEST(a_start_is_as_driven);
     TEST(belts_have_their_lengths);
     TEST(a_timing_belt_oscillates);
     TEST(a_tackle_turns_its_sheaves);

@@ -171,6 +171,8 @@ static bool parse_rope(kmp_parser *p, const char *word, bool sheave, kmp_measure
     const int found = name && p->scope->rope ? p->scope->rope(p->scope->user, &name, &places, &closure) : -1;
     if (name && found < 0)
         kmp_parse_complain(p, start, "%s: '%s' is not a rope", word, name);
+    if (found >= 0 && places == 0) /* its error is reported */
+        return false;
     if (found >= 0 && sheave) {
         if (*p->at == '.')
             for (p->at++; is_digit(*p->at) && place <= places; p->at++)

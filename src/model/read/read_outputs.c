@@ -111,7 +111,7 @@ static void read_sheave(kmp_reader *r, const kmp_yaml *node, const kmp_output_ro
     if (found < 0)
         return;
     const kmp_rope *rope = &r->model->ropes[found];
-    if (place < 1 || place > rope->count || !kmp_rope_wraps(rope, place - 1))
+    if (rope->count > 0 && (place < 1 || place > rope->count || !kmp_rope_wraps(rope, place - 1)))
         kmp_reader_complain(r, node->place,
                             "output %s: '%s' has no sheave between two other places at number %d of its path",
                             row->word, rope->name, place);

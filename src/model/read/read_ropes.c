@@ -8,6 +8,7 @@
 #include "model/data/pose.h"
 #include "model/data/rope.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
 #include <math.h>
@@ -20,6 +21,8 @@
 #define NO_WRAP 1e-6
 /* Slack over length that counts as zero at the start: written lengths have nine digits. */
 #define SHORT 1e-9
+/* Sine of the angle of a span out of the plane of its sheave, 5 deg, beyond which its direction is in doubt. */
+#define OBLIQUE 0.087
 
 static const kmp_key rope_keys[] = {
 #include "model/keys/rope_keys.def"
@@ -351,8 +354,8 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (good && rope->places)
-        (void)find_axes(c);
+    if (!(good && rope->places && find_axes(c)))
+        rope->count = 0; /* what uses it reports no further error */
 }
 
 void kmp_read_ropes(kmp_reader *r)
@@ -444,6 +447,12 @@ static bool find_span(const start_path *p, int k)
     for (int i = 0; i < 3; i++)
         p->along[k][i] = square > 0 ? (sqrt(fmax(free, 0)) * d[i] - difference * turned[i]) / square : 0;
     p->length[k] = sqrt(all - difference * difference);
+    if ((p->rope->places[k].turn != 0 || p->rope->places[next].turn != 0) && fabs(deep) > OBLIQUE * p->length[k])
+        kmp_reader_warn(
+            p->r, p->rope->place,
+            "rope '%s': at the start the span from '%s' to '%s' is %.3g deg out of the plane of the sheave; "
+            "its force there is right for small angles",
+            p->rope->name, name_of(p, k), name_of(p, next), asin(fmin(fabs(deep) / p->length[k], 1)) * 360 / TURN);
     return true;
 }
 
@@ -481,7 +490,7 @@ static double start_of(const kempe_model *model, int motion, const double *param
     for (int c = 0; c < model->closure_count; c++)
         if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion &&
             model->closures[c].function)
-            return kmp_expr_value(model->closures[c].function, parameters);
+            return kmp_expr_value_at(model->closures[c].function, parameters, 0);
     return model->start.q[motion].value;
 }
 
@@ -513,7 +522,7 @@ static void settle(start_path *p)
     }
     for (int k = 0; k < rope->count; k++)
         sum += find_turn(p, k);
-    const double length = rope->length ? kmp_expr_value(rope->length, p->r->parameter_values) : sum;
+    const double length = rope->length ? kmp_expr_value_at(rope->length, p->r->parameter_values, 0) : sum;
     if (rope->length && rope->kind == KMP_ROPE_PULLS && !may_leave(rope) && length < sum - SHORT * sum)
         kmp_reader_complain(p->r, rope->place,
                             "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",

@@ -143,8 +143,8 @@ static void read_parts(kmp_reader *r)
     kmp_segments_set_masses(r);
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
-    kmp_read_states(r);
     kmp_read_ropes(r);
+    kmp_read_states(r);
     kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);
     kmp_read_closures(r);

@@ -215,8 +215,14 @@ static void divide(rewriting *w, const kmp_yaml *key, const kmp_yaml *map, kmp_y
     if (first >= 0 && closed)
         kmp_yaml_put(&w->r->scratch, parts, key->place, kmp_reader_say(w->r, "%s_%d", key->text, ++count),
                      part_of(w, map, from, first));
+    const kmp_yaml *slack = kmp_yaml_get(map, "slack");
     if (first < 0)
         kmp_yaml_put(&w->r->scratch, parts, key->place, key->text, map);
+    else if (closed && slack && strcmp(slack->text, "no") == 0)
+        kmp_reader_complain(w->r, slack->place,
+                            "rope '%s': the tensions of a closed belt without slack are not unique: leave out slack, "
+                            "or give axial_stiffness and preload",
+                            key->text);
     else if (kmp_yaml_get(map, "length") || kmp_yaml_get(map, "stiffness"))
         kmp_reader_complain(w->r, key->place,
                             "rope '%s': a rope that wheels with grip divide has the length at the start, and its "
