@@ -14,6 +14,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/rope_path.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
@@ -163,6 +164,12 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return angular_momentum(&eq->tree, output->index, output->about - 1);
     case KMP_OUTPUT_GAP:
         return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
+    case KMP_OUTPUT_TENSION:
+        return kmp_vec_axis(kmp_rope_tension(&eq->tree, &eq->model->ropes[output->index]), 0);
+    case KMP_OUTPUT_ROPE_LENGTH:
+        return kmp_vec_axis(kmp_rope_length(&eq->tree, &eq->model->ropes[output->index]), 0);
+    case KMP_OUTPUT_WRAP:
+        return kmp_vec_axis(kmp_rope_wrap(&eq->tree, &eq->model->ropes[output->index], output->about - 1), 0);
     case KMP_OUTPUT_CUT_Q:
     case KMP_OUTPUT_CUT_QD:
     case KMP_OUTPUT_CUT_QDD:

@@ -13,6 +13,7 @@
 #include "model/data/mesh.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/data/rope.h"
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
@@ -532,6 +533,77 @@ static void put_gears(kmp_json *json, const picture *p)
     kmp_arena_free(&room);
 }
 
+/* -- ropes ------------------------------------------------------------------------------------------- */
+
+/* In the axes of its body. */
+static void sheave_axis(const kempe_model *model, const kmp_rope_place *place, double axis[3])
+{
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(&model->points[place->point], i, place->axis);
+}
+
+/* Sheaves and drums. */
+static void put_sheaves(kmp_json *json, const picture *p)
+{
+    const kempe_model *model = p->model;
+    for (int r = 0; r < model->rope_count; r++)
+        for (int k = 0; k < model->ropes[r].count; k++) {
+            const kmp_rope_place *place = &model->ropes[r].places[k];
+            const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, place->point);
+            double axis[3];
+            if (place->turn == 0 || at.body < 0 || at.body >= p->drawing.body_count)
+                continue;
+            sheave_axis(model, place, axis);
+            kmp_json_put(json, "{ body %d", at.body);
+            kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
+            kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+            kmp_json_put(json, "radius %.7g sheave %i }", place->radius.value, 1);
+        }
+}
+
+/* The places of a rope, none if a body of it is not drawn. */
+static void put_path(kmp_json *json, const picture *p, const kmp_rope *rope)
+{
+    const kempe_model *model = p->model;
+    bool drawn = true;
+    for (int k = 0; k < rope->count; k++) {
+        const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, rope->places[k].point);
+        drawn = drawn && at.body >= 0 && at.body < p->drawing.body_count;
+    }
+    kmp_json_array(json, "places");
+    for (int k = 0; drawn && k < rope->count; k++) {
+        const kmp_rope_place *place = &rope->places[k];
+        const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, place->point);
+        kmp_json_put(json, "{ body %d", at.body);
+        kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
+        kmp_json_put(json, "turn %d radius %.7g leaves %i wraps %i wrap %.7g }", place->turn,
+                     place->turn ? place->radius.value : 0, place->leaves, kmp_rope_wraps(rope, k),
+                     kmp_rope_wraps(rope, k) ? place->wrap : 0);
+    }
+    kmp_json_end(json);
+}
+
+static void put_ropes(kmp_json *json, const picture *p)
+{
+    const kempe_model *model = p->model;
+    if (model->rope_count == 0)
+        return;
+    kmp_json_array(json, "ropes");
+    for (int r = 0; r < model->rope_count; r++) {
+        const kmp_rope *rope = &model->ropes[r];
+        const kmp_rope_place *plane = &rope->places[rope->plane < 0 ? 0 : rope->plane];
+        const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, plane->point);
+        double axis[3] = {0, 0, 0};
+        if (rope->plane >= 0)
+            sheave_axis(model, plane, axis);
+        kmp_json_put(json, "{ name %s closed %i body %d", rope->name, rope->closed, at.body);
+        kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+        put_path(json, p, rope);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 /* -- rails ------------------------------------------------------------------------------------------- */
 
 /* A place in the axes of a point, in the axes of its body. */
@@ -627,6 +699,7 @@ static void put_railway(kmp_json *json, const picture *p)
     for (int w = 0; w < model->wheel_count; w++)
         put_disc(json, p, &model->wheels[w]);
     put_gears(json, p);
+    put_sheaves(json, p);
     kmp_json_put(json, "] rails [");
     for (int k = 0; k < model->track_count; k++)
         for (int side = 0; side < KMP_TRACK_SIDES; side++)
@@ -883,6 +956,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_end(json);
         put_slides(json, &p);
         put_railway(json, &p);
+        put_ropes(json, &p);
         put_surfaces(json, &p);
         put_flexible(json, &p);
         kmp_joint_arrows_put(json, arrows, &p.drawing);

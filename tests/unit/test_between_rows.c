@@ -199,6 +199,11 @@ static const struct {
      "contacts: {floor: {sphere: ball.C, radius: 0.1, on: {plane: ground.O}, restitution: 0.8}}\n"
      "start: {q: {z: 1.1}}\n",
      "gap(floor), force(floor), lambda, q, qd, qdd, energy, momentum, momentum(ball)"},
+    {"kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: {at: [0, 0, 0], axes: {z: -y, x: x}}, E: [-0.1, 0, -1]}}\n"
+     "bodies: {m: {joint: {motions: [T1, T3], coordinates: [x, z], at: ground}, mass: 10, points: {P: [0, 0, 0]}}}\n"
+     "ropes: {r: {along: [ground.E, {round: ground.O, radius: 0.1, turn: right}, m.P], stiffness: 4 kN/m}}\n"
+     "start: {q: {x: 0.15, z: -1}}\n",
+     "tension(r), length(r), wrap(r.2), force(r), q, qd, qdd, energy"},
     {"kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n  rod:\n    joint: {name: A, revolute: z, at: ground}\n"
      "    flexible: {beam: {length: 1, young: 70 GPa, density: 2700, section: {rectangle: [4 mm, 20 mm]}}, shapes: {y: "
      "2}}\n"

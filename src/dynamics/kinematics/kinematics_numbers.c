@@ -8,6 +8,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/rope_path.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/angle_sum.h"
 #include "model/data/closure_table.h"
@@ -200,6 +201,14 @@ static kmp_ref tree_measure(const kmp_tree *tree, const kmp_measure *measure, in
         return kmp_gear_path(tree, &tree->model->closures[of[0].closure], 0);
     case KMP_MEASURE_TRANSMISSION_ERROR:
         return kmp_gear_error(tree, &tree->model->closures[of[0].closure]);
+    case KMP_MEASURE_LENGTH:
+        return kmp_rope_length(tree, &tree->model->ropes[of[0].closure]);
+    case KMP_MEASURE_FREE_LENGTH:
+        return kmp_rope_free_length(tree, &tree->model->ropes[of[0].closure]);
+    case KMP_MEASURE_WRAP:
+        return kmp_rope_wrap(tree, &tree->model->ropes[of[0].closure], of[0].place);
+    case KMP_MEASURE_SLIDE:
+        return kmp_rope_slide(tree, &tree->model->ropes[of[0].closure], of[0].place);
     case KMP_MEASURE_DEPTH:
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:

@@ -5,6 +5,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include <stddef.h>
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
@@ -51,6 +52,17 @@ static void visit_gear(walk *w, const char *name, const kmp_gear *gear)
             visit(w, name, kmp_gear_number_keys[k], 1, &gear->number[k]);
 }
 
+static void visit_rope(walk *w, const kmp_rope *rope)
+{
+    for (int k = 0; k < rope->count; k++)
+        if (rope->places[k].turn != 0)
+            visit(w, rope->name, "radius", 1, &rope->places[k].radius);
+    if (rope->kind == KMP_ROPE_ELASTIC)
+        visit(w, rope->name, rope->axial ? "axial_stiffness" : "stiffness", 1, &rope->stiffness);
+    if (rope->preload.value != 0 || rope->preload.expr)
+        visit(w, rope->name, "preload", 1, &rope->preload);
+}
+
 static void visit_constants(walk *w, const kempe_model *model, const kmp_flexible *flexible)
 {
     for (int i = 0; i < flexible->number_count; i++)
@@ -89,6 +101,8 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
     for (int k = 0; k < model->closure_count; k++)
         if (model->closures[k].gear)
             visit_gear(&w, model->closures[k].name, model->closures[k].gear);
+    for (int k = 0; k < model->rope_count; k++)
+        visit_rope(&w, &model->ropes[k]);
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
         for (int i = 0; i < kmp_force_field_count; i++)

@@ -24,5 +24,5 @@ typedef enum kmp_output_kind {
 typedef struct kmp_output {
     kmp_output_kind kind;
     int index;
-    int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass */
+    int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass. Of a wrap: 1 + its place */
 } kmp_output;

@@ -5,6 +5,7 @@
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #define KMP_OUTPUT(kind, word, argument, width, unit, meaning) {word, unit, KMP_OUTPUT_OF_##argument, width},
@@ -121,6 +122,9 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
         return KMP_NAMED(model, bearing);
     case KMP_OUTPUT_OF_WHEEL:
         return KMP_NAMED(model, wheel);
+    case KMP_OUTPUT_OF_ROPE:
+        return KMP_NAMED(model, rope);
+    case KMP_OUTPUT_OF_SHEAVE:
     case KMP_OUTPUT_OF_NOTHING:
         break;
     }
@@ -137,6 +141,10 @@ static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_out
 {
     kmp_output_argument argument = kmp_output_rows[output->kind].argument;
     bool any = output->index >= 0 && argument != KMP_OUTPUT_OF_NOTHING;
+    if (argument == KMP_OUTPUT_OF_SHEAVE) {
+        kmp_text_printf(text, "%s.%d", model->ropes[output->index].name, output->about);
+        return true;
+    }
     if (any && argument == KMP_OUTPUT_OF_POINT)
         put_point(text, model, output->index);
     else if (any)

@@ -9,6 +9,7 @@
 #include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/rope.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -68,6 +69,14 @@ static void copy_closures(kmp_variant *v)
         if (closure->gear)
             closure->gear = COPY(v, closure->gear, 1, 0);
     }
+}
+
+static void copy_ropes(kmp_variant *v)
+{
+    kempe_model *m = &v->model;
+    m->ropes = COPY(v, m->ropes, m->rope_count, 0);
+    for (int k = 0; m->ropes && k < m->rope_count; k++)
+        m->ropes[k].places = COPY(v, m->ropes[k].places, m->ropes[k].count, 0);
 }
 
 static void copy_numbers(kmp_variant *v, kmp_flexible *flexible)
@@ -310,6 +319,7 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
+    copy_ropes(v);
     copy_flexibles(v);
     m->start.q = COPY(v, m->start.q, n, 0);
     m->start.qd = COPY(v, m->start.qd, n, 0);
@@ -412,6 +422,20 @@ static void check_flexible(const kempe_model *m, const kmp_flexible *flexible, k
 }
 
 /* The first rule for single numbers that the values break. */
+static void check_rope(const kmp_rope *rope, kmp_text *why)
+{
+    for (int k = 0; k < rope->count; k++)
+        if (rope->places[k].turn != 0 && !(rope->places[k].radius.value > 0) && !why->length)
+            kmp_text_printf(why, "a radius of rope '%s' is %.6g: it must be positive", rope->name,
+                            rope->places[k].radius.value);
+    if (rope->kind == KMP_ROPE_ELASTIC && !(rope->stiffness.value > 0) && !why->length)
+        kmp_text_printf(why, "the stiffness of rope '%s' is %.6g: it must be positive", rope->name,
+                        rope->stiffness.value);
+    if (rope->preload.value < 0 && !why->length)
+        kmp_text_printf(why, "the preload of rope '%s' is %.6g: it must not be negative", rope->name,
+                        rope->preload.value);
+}
+
 static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
 {
     for (int k = 1; k < m->body_count; k++) {
@@ -444,6 +468,8 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
                 kmp_text_printf(why, "the %s of gear '%s' is %.6g: it must be positive", kmp_gear_number_keys[i],
                                 c->name, c->gear->number[i].value);
     }
+    for (int k = 0; k < m->rope_count; k++)
+        check_rope(&m->ropes[k], why);
     for (int k = 0; k < m->state_count; k++)
         if (base->states[k].delay.value > 0 && !(m->states[k].delay.value > 0) && !why->length)
             kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", m->states[k].name,

@@ -470,7 +470,7 @@ static const kmp_expr *parse_word(kmp_parser *p)
     const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
     if (table)
         return parse_table(p, where, table);
-    if (*p->at == '(' && kmp_parse_refers(name))
+    if (*p->at == '(' && kmp_parse_refers(p, name))
         return kmp_parse_reference(p, where, name);
     const kmp_expr_local *local = find_local(p, name);
     if (local && !(local->yields && is_defined(p->scope, name)))

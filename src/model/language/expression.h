@@ -64,9 +64,10 @@ enum { KMP_MEASURE_SIZE = 3 };
 
 /** A point of the model, or one of its axes; a contact, a closure or a joint. */
 typedef struct kmp_measure_argument {
-    int point;           /* -1: none */
-    int axis;            /* 0, 1, 2; -1: the point itself */
-    int closure;         /* of a reaction or moment; the body that a joint of the tree carries; a pair of bearings */
+    int point;   /* -1: none */
+    int axis;    /* 0, 1, 2; -1: the point itself */
+    int closure; /* of a reaction or moment; the body that a joint of the tree carries; a pair of bearings; a rope */
+    int place;   /* of a sheave: of the path of its rope, from 0; of a rope: its closure, -1 or -2 */
     const double *along; /* in place of axis 0, 1, 2: a unit vector in the point's axes; NULL: none */
     const char *name;    /* BODY.POINT, a contact, a closure or a joint, as the model has it */
 } kmp_measure_argument;
@@ -190,6 +191,9 @@ typedef struct kmp_expr_scope {
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument);
     /* The closure of a pair of gears, and its name in the model; -1: there is none. NULL: none are known. */
     int (*gear)(void *user, const char **name);
+    /* A rope, and its name in the model; -1: there is none. *places: of its path. *closure: its multiplier is the
+     * tension; -1: it is not known yet, -2: the rope is elastic. NULL: none are known. */
+    int (*rope)(void *user, const char **name, int *places, int *closure);
     bool accelerations;                                   /* accelerations of points are allowed */
     bool jumps;                                           /* floor and wrap are allowed, whose jumps no event locates */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */

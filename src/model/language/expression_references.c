@@ -6,14 +6,14 @@
 #include "model/language/expression_value.h"
 #include <string.h>
 
-enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT, OF_BEARING, OF_GEAR };
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT, OF_BEARING, OF_GEAR, OF_ROPE, OF_SHEAVE };
 
 /* Components of the values of bearings. */
 enum { OF_BEARINGS = 7, AXIAL = 6 };
 
 static const struct {
     const char *word;
-    int of; /* axes, points, contacts, loops, joints, bearings or gears */
+    int of; /* axes, points, contacts, loops, joints, bearings, gears, ropes or sheaves of them */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
@@ -207,6 +207,33 @@ static bool parse_bearings(kmp_parser *p, const char *word, kmp_measure_argument
     return argument->closure >= 0;
 }
 
+/* A rope, or ROPE.k, a place of its path. */
+static bool parse_rope(kmp_parser *p, const char *word, bool sheave, kmp_measure_argument *argument)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
+    int places = 0, closure = -1, place = 0;
+    const int found = name && p->scope->rope ? p->scope->rope(p->scope->user, &name, &places, &closure) : -1;
+    if (name && found < 0)
+        kmp_parse_complain(p, start, "%s: '%s' is not a rope", word, name);
+    if (found >= 0 && places == 0) /* its error is reported */
+        return false;
+    if (found >= 0 && sheave) {
+        if (*p->at == '.')
+            for (p->at++; is_digit(*p->at) && place <= places; p->at++)
+                place = 10 * place + (*p->at - '0');
+        if (place < 1 || place > places) {
+            kmp_parse_complain(p, start, "%s: a place of rope '%s' is expected, from %s.1 to %s.%d", word, name, name,
+                               name, places);
+            return false;
+        }
+        name = kmp_arena_printf(p->scope->arena, "%s.%d", name, place);
+    }
+    *argument = (kmp_measure_argument){
+        .point = -1, .axis = -1, .closure = found, .place = sheave ? place - 1 : closure, .name = name};
+    return found >= 0 && name;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *argument)
 {
     if (rows[kind].of == OF_LOOP) {
@@ -228,6 +255,8 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
         return parse_gear(p, rows[kind].word, argument);
     if (rows[kind].of == OF_BEARING)
         return parse_bearings(p, rows[kind].word, argument);
+    if (rows[kind].of == OF_ROPE || rows[kind].of == OF_SHEAVE)
+        return parse_rope(p, rows[kind].word, rows[kind].of == OF_SHEAVE, argument);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)
                                        : parse_point_or_axis(p, rows[kind].word, rows[kind].of == OF_AXIS, argument);
 }
@@ -284,6 +313,23 @@ static kmp_measure_kind kind_for(kmp_parser *p, kmp_measure_kind kind)
     return !joint ? kind : kind == KMP_MEASURE_MOMENT ? KMP_MEASURE_JOINT_MOMENT : KMP_MEASURE_JOINT_REACTION;
 }
 
+/* The tension of a rope: a multiplier, or the normal force of its contact. */
+static const kmp_expr *make_tension(kmp_parser *p, const char *where, const kmp_measure *measure)
+{
+    const char *name = measure->argument[0].name;
+    const int closure = measure->argument[0].place;
+    if (closure == -2) {
+        const kmp_measure_argument of = {.point = -1, .axis = -1, .name = name};
+        return kmp_expr_measure(p->scope->arena, KMP_MEASURE_NORMAL, 1, &of);
+    }
+    if (closure < 0 || !p->scope->closure)
+        return kmp_parse_complain(p, where,
+                                  "tension of rope '%s' is not allowed here: of an inextensible rope it is a "
+                                  "multiplier, for sensors, 'until' and, with 'slack: no', laws of forces",
+                                  name);
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = closure});
+}
+
 static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measure_kind kind)
 {
     const char *word = rows[kind].word;
@@ -322,6 +368,8 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
         return kmp_parse_wanted(p, measure->count < rows[kind].most ? "',' or ')'" : "')'");
     if (!parse_component(p, kind, &number))
         return NULL;
+    if (kind == KMP_MEASURE_TENSION)
+        return make_tension(p, where, measure);
     if (kind == KMP_MEASURE_DISTANCE && measure->argument[0].point == measure->argument[1].point)
         return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->argument[0].name);
     return kmp_parse_make(p, where,
@@ -385,8 +433,22 @@ static const kmp_expr *parse_rate(kmp_parser *p, const char *where)
 
 /* -- all of them --------------------------------------------------------------------------------------- */
 
-bool kmp_parse_refers(const char *name)
+/* `wrap(ROPE.k)`: the function of this name has two arguments. */
+static bool is_place(const char *s)
 {
+    s += strspn(s, "( ");
+    s += kmp_parse_word_length(s);
+    if (*s != '.' || !is_digit(s[1]))
+        return false;
+    for (s++; is_digit(*s);)
+        s++;
+    return s[strspn(s, " ")] == ')';
+}
+
+bool kmp_parse_refers(const kmp_parser *p, const char *name)
+{
+    if (strcmp(name, rows[KMP_MEASURE_WRAP].word) == 0)
+        return is_place(p->at);
     return strcmp(name, "lambda") == 0 || strcmp(name, "rate") == 0 || kmp_name_find(kmp_measure_words, name) >= 0;
 }
 

@@ -26,5 +26,5 @@ const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_
 
 /** True if NAME(..) refers to other parts of the model: lambda, rate, measures; and that reference, from the opening
  * parenthesis on. */
-bool kmp_parse_refers(const char *name);
+bool kmp_parse_refers(const kmp_parser *p, const char *name);
 const kmp_expr *kmp_parse_reference(kmp_parser *p, const char *where, const char *name);

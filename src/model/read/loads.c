@@ -2,6 +2,7 @@
 /* Forces that depend on the multipliers of closures, or on time; warnings of laws that mean less than they say. */
 #include "model/read/loads.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include <string.h>
@@ -167,6 +168,8 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     case KMP_OUTPUT_CONTACT:
     case KMP_OUTPUT_GUIDANCE:
         return model->wheels[output->index].form == KMP_CONTACT_RIGID;
+    case KMP_OUTPUT_TENSION:
+        return model->ropes[output->index].kind != KMP_ROPE_ELASTIC;
     case KMP_OUTPUT_SENSOR:
         return kmp_expr_lambda(model->sensors[output->index].expr);
     default:

@@ -167,9 +167,10 @@ static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char 
 /* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */
 static void check_name(kmp_reader *r, kmp_linkage *g, const kmp_edge *edge)
 {
-    static const char *const sections[][2] = {{"loops", "loop"}, {"gears", "gear"}, {"drives", "drive"}};
+    static const char *const sections[][2] = {
+        {"loops", "loop"}, {"gears", "gear"}, {"ropes", "rope"}, {"drives", "drive"}};
     kmp_read_name(r, edge->key, "a joint");
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 4; k++)
         if (kmp_yaml_get(kmp_yaml_get(r->root, sections[k][0]), edge->name))
             kmp_reader_complain(
                 r, edge->key->place,

@@ -5,9 +5,11 @@
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/data/rope.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "model/read/segments.h"
+#include <stdlib.h>
 #include <string.h>
 
 /* -- sensors ------------------------------------------------------------------------------------- */
@@ -29,11 +31,12 @@ void kmp_read_sensors(kmp_reader *r)
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     static const char *const kinds[] = {
-        [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop", [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
-        [KMP_OUTPUT_OF_FORCE] = "force",     [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel",
-        [KMP_OUTPUT_OF_BEARING] = "bearings"};
+        [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",  [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
+        [KMP_OUTPUT_OF_FORCE] = "force",      [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel",
+        [KMP_OUTPUT_OF_BEARING] = "bearings", [KMP_OUTPUT_OF_ROPE] = "rope",     [KMP_OUTPUT_OF_SHEAVE] = "rope"};
     const char *kind = kinds[row->argument];
-    kmp_name_list names = kmp_output_names(r->model, row->argument);
+    const kmp_output_argument of = row->argument == KMP_OUTPUT_OF_SHEAVE ? KMP_OUTPUT_OF_ROPE : row->argument;
+    kmp_name_list names = kmp_output_names(r->model, of);
     int found = kmp_name_find(names, name);
     if (found >= 0)
         return found;
@@ -96,6 +99,24 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
     if (!loop || kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0 || kmp_joint_find(r->model, name) < 0)
         return kind;
     return kind == KMP_OUTPUT_MOMENT ? KMP_OUTPUT_JOINT_MOMENT : KMP_OUTPUT_JOINT_REACTION;
+}
+
+/* ROPE.k: a sheave of its path. */
+static void read_sheave(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name,
+                        kmp_output *output)
+{
+    const char *dot = strrchr(name, '.');
+    const int found = find_thing(r, node, row, kmp_reader_say(r, "%.*s", (int)(dot ? dot - name : 0), name));
+    const int place = dot ? (int)strtol(dot + 1, NULL, 10) : 0;
+    if (found < 0)
+        return;
+    const kmp_rope *rope = &r->model->ropes[found];
+    if (rope->count > 0 && (place < 1 || place > rope->count || !kmp_rope_wraps(rope, place - 1)))
+        kmp_reader_complain(r, node->place,
+                            "output %s: '%s' has no sheave between two other places at number %d of its path",
+                            row->word, rope->name, place);
+    output->index = found;
+    output->about = place;
 }
 
 /* Outputs that only flexible bodies have. */
@@ -168,7 +189,8 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
         "lambda(LOOP), reaction(LOOP), reaction(JOINT), bearing(BEARINGS), position(BODY.POINT), velocity(BODY.POINT), "
         "acceleration(BODY.POINT), "
-        "force(FORCE), gap(CONTACT), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
+        "force(FORCE), gap(CONTACT), tension(ROPE), length(ROPE), wrap(ROPE.k), sensor(SENSOR), contact(WHEEL), "
+        "momentum(BODY), angular_momentum(BODY)",
         node->text);
 }
 
@@ -203,6 +225,8 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
             row = &kmp_output_rows[output->kind];
             if (row->argument == KMP_OUTPUT_OF_MAYBE_BODY || row->argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT)
                 read_about(r, node, row, name, output);
+            else if (row->argument == KMP_OUTPUT_OF_SHEAVE)
+                read_sheave(r, node, row, name, output);
             else
                 output->index = find_argument(r, node, row, name);
             return;

@@ -4,6 +4,7 @@
 #include "linalg/dense/dot.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"
@@ -165,6 +166,20 @@ static int find_gear(void *user, const char **name)
     return found;
 }
 
+static int find_rope(void *user, const char **name, int *places, int *closure)
+{
+    kmp_reader *r = user;
+    const char *full = kmp_reader_name(r, r->scope, *name);
+    const int found = kmp_name_find(KMP_NAMED(r->model, rope), full);
+    if (found < 0)
+        return -1;
+    const kmp_rope *rope = &r->model->ropes[found];
+    *name = rope->name;
+    *places = rope->count;
+    *closure = rope->kind == KMP_ROPE_ELASTIC ? -2 : kmp_name_find(KMP_NAMED(r->model, closure), rope->name);
+    return found;
+}
+
 static int find_carried(void *user, const char **name, const char **obstacle)
 {
     kmp_reader *r = user;
@@ -258,6 +273,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .closure = of_loads ? find_closure : NULL,
                             .joint = of_loads ? find_carried : NULL,
                             .gear = of_state ? find_gear : NULL,
+                            .rope = of_state ? find_rope : NULL,
                             .accelerations = of_motion,
                             .bearing = of_motion ? find_bearings : NULL,
                             .jumps = allowed == KMP_OF_MOTION || allowed == KMP_OF_NEXT,

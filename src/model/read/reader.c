@@ -24,11 +24,13 @@
 #include "model/read/read_outputs.h"
 #include "model/read/read_parameters.h"
 #include "model/read/read_reaction.h"
+#include "model/read/read_ropes.h"
 #include "model/read/read_run.h"
 #include "model/read/read_states.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/rope_elements.h"
 #include "model/read/segments.h"
 #include "symbolic/table_function.h"
 #include <kempe/settings.h>
@@ -130,6 +132,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_includes(r);
     kmp_read_clearances(r);
     kmp_read_gear_losses(r);
+    kmp_read_rope_elements(r);
     kmp_read_parameters(r);
     kmp_read_inputs(r);
     kmp_read_tables(r);
@@ -141,6 +144,7 @@ static void read_parts(kmp_reader *r)
     kmp_segments_set_masses(r);
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
+    kmp_read_ropes(r);
     kmp_read_states(r);
     kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);
@@ -151,6 +155,7 @@ static void read_parts(kmp_reader *r)
     kmp_segments_stiffen(r);
     kmp_read_bearings(r);
     kmp_read_start(r);
+    kmp_settle_ropes(r);
     kmp_read_sensors(r);
     kmp_read_run(r);
     kmp_settle_parameters(r);

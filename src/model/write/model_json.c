@@ -13,6 +13,7 @@
 #include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/data/rope.h"
 #include "model/data/run_settings.h"
 #include "model/data/signal.h"
 #include "model/data/start.h"
@@ -435,6 +436,36 @@ static void put_bearings(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+static void put_ropes(kmp_json *json, const kempe_model *model)
+{
+    static const char *const kinds[] = {"taut", "pulls", "elastic"}, *const ways[] = {"right", "point", "left"};
+    if (model->rope_count == 0)
+        return;
+    begin_list(json, "ropes");
+    for (const kmp_rope *rope = model->ropes; rope < model->ropes + model->rope_count; rope++) {
+        kmp_model_json_item(json, NULL);
+        kmp_json_put(json, "name %s kind %s closed %i", rope->name, kinds[rope->kind], rope->closed);
+        if (rope->length)
+            put_expr(json, "length", model, rope->length);
+        if (rope->kind == KMP_ROPE_ELASTIC)
+            kmp_json_number(json, rope->axial ? "axial_stiffness" : "stiffness", rope->stiffness.value);
+        if (rope->preload.value != 0)
+            kmp_json_number(json, "preload", rope->preload.value);
+        kmp_json_array(json, "along");
+        for (const kmp_rope_place *place = rope->places; place < rope->places + rope->count; place++) {
+            kmp_json_object(json, NULL);
+            kmp_model_json_point(json, "point", model, place->point);
+            kmp_json_put(json, "turn %s", ways[place->turn + 1]);
+            if (place->turn != 0)
+                kmp_json_put(json, "radius %g drum %i", place->radius.value, place->drum);
+            kmp_json_end(json);
+        }
+        kmp_json_end(json);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_forces(kmp_json *json, const kempe_model *model)
 {
     begin_list(json, "forces");
@@ -543,6 +574,7 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
         if ((*wing)->writer)
             (*wing)->writer->put_behind_bodies(&json, model);
     put_closures(&json, model);
+    put_ropes(&json, model);
     put_forces(&json, model);
     put_start(&json, model);
     return json;

@@ -15,6 +15,7 @@
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
 #include "model/data/parameter.h"
+#include "model/data/rope.h"
 #include "model/data/run_settings.h"
 #include "model/data/shape.h"
 #include "model/data/signal.h"
@@ -368,6 +369,26 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_text_put(text, shown ? "]\n" : "\n");
 }
 
+static void show_ropes(kmp_text *text, const kempe_model *model)
+{
+    static const char *const ways[] = {" right", "", " left"};
+    if (model->rope_count == 0)
+        return;
+    begin(text, "ropes", model->rope_count);
+    for (const kmp_rope *rope = model->ropes; rope < model->ropes + model->rope_count; rope++) {
+        kmp_text_printf(text, "  %s: ", rope->name);
+        for (int k = 0; k < rope->count; k++) {
+            const kmp_rope_place *place = &rope->places[k];
+            const kmp_point *point = &model->points[place->point];
+            kmp_text_printf(text, "%s%s%s.%s%s", k ? ", " : "", place->drum ? "drum " : "",
+                            model->bodies[point->body].name, point->name, ways[place->turn + 1]);
+            if (place->turn != 0)
+                kmp_text_printf(text, " %.6g m", place->radius.value);
+        }
+        kmp_text_put(text, rope->closed ? ", closed\n" : "\n");
+    }
+}
+
 static void show_forces(kmp_text *text, const kempe_model *model)
 {
     int forces = model->force_count - model->state_count; /* those after them are rates of states */
@@ -508,6 +529,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, "  joint %s (%s) is cut: closure %s, %d rows, loop %s; %s\n", cut->joint, cut->kind,
                         cut->closure, cut->rows, cut->loop, cut->why);
     }
+    show_ropes(text, model);
     show_forces(text, model);
     show_start(text, model);
     show_run(text, model);

@@ -10,6 +10,7 @@ const HATCHES = ["", "hatched", "crossed"];
 const bodyColour = (b) => (b > 0 ? curveColour(b - 1) : groundColour());
 const hatchOf = (b) => (b > 0 ? HATCHES[Math.floor((b - 1) / COLOURS.length) % HATCHES.length] : "");
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
+const ropeColour = () => (isDark() ? "#c9a56b" : "#8a6326");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
 /* -- the stage ---------------------------------------------------------------------------------------------- */

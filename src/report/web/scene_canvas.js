@@ -128,6 +128,10 @@ function canvasView(canvas, m) {
                 const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);
                 jobs.push({ depth: (depth(ends[0]) + depth(ends[1])) / 2, draw: () => strokeLine(c, path, (line.rod ? 1.4 : 0.8) * m.thick * scale, groundColour()) });
             }
+            for (const rope of m.ropes) {
+                const path = ropePoints(rope, poses);
+                if (path.length > 0) jobs.push({ depth: Math.max(...path.map(depth)), draw: () => strokeLine(c, path.map(see), 0.7 * m.thick * scale, ropeColour()) });
+            }
             jobs.sort((a, b) => a.depth - b.depth);
             for (const job of jobs) job.draw(c);
         },

@@ -120,12 +120,13 @@ function buildScene(m) {
     const groups = m.shapes.map((_, b) => bodyGroup(m, b)), material = shining(groundColour());
     const lines = m.lines.map((line) => (line.rod ? barMesh([[0, 0, -0.5], [0, 0, 0.5]], 0.7 * m.thick, material) : springMesh(2.4 * m.thick, 0.4 * m.thick, material)));
     /*FLEXIBLE*/ dressPieces(m, lines);
+    const ropes = m.ropes.map(() => new THREE.Mesh(new THREE.BufferGeometry(), shining(ropeColour())));
     for (const path of m.paths) {
         const geometry = new THREE.BufferGeometry().setFromPoints(path.points.map(vector));
         scene.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: bodyColour(path.b), transparent: true, opacity: 0.55 })));
     }
-    scene.add(new THREE.HemisphereLight(0xffffff, 0x667788, 0.55), key, fill, ...groups, ...lines);
-    return { scene, key, fill, groups, lines };
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x667788, 0.55), key, fill, ...groups, ...lines, ...ropes);
+    return { scene, key, fill, groups, lines, ropes };
 }
 
 /* A rod is a unit cylinder about its middle along y, turned to z when made; a spring begins at its first end. */
@@ -135,6 +136,14 @@ function placeLine(mesh, line, poses) {
     mesh.position.copy(vector(line.rod ? scaled(0.5, add(a, b)) : a));
     mesh.quaternion.copy(alongAxis(line.rod ? [0, 1, 0] : [0, 0, 1], sub(b, a)));
     mesh.scale.set(1, line.rod ? length : 1, line.rod ? 1 : length);
+}
+
+/* A rope changes its shape: its tube is made again. */
+function placeRope(mesh, rope, m, poses) {
+    const points = ropePoints(rope, poses), curve = new THREE.CurvePath();
+    for (let k = 1; k < points.length; k++) if (norm(sub(points[k], points[k - 1])) > 0) curve.add(new THREE.LineCurve3(vector(points[k - 1]), vector(points[k])));
+    mesh.geometry.dispose();
+    mesh.geometry = curve.curves.length > 0 ? new THREE.TubeBufferGeometry(curve, 4 * RIM, 0.35 * m.thick, 6) : new THREE.BufferGeometry();
 }
 
 function dispose(scene) {
@@ -171,6 +180,7 @@ function glView(canvas, m) {
                 built.groups[b].quaternion.set(...pose.q);
             });
             built.lines.forEach((mesh, k) => placeLine(mesh, m.lines[k], poses));
+            built.ropes.forEach((mesh, k) => placeRope(mesh, m.ropes[k], m, poses));
             /*FLEXIBLE*/ m.lines.forEach((line, k) => (built.lines[k].visible = !line.of || !view.hidden.has(line.of)));
             /*FLEXIBLE*/ colourPieces(m, built);
             renderer.render(built.scene, camera);

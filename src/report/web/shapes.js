@@ -205,6 +205,40 @@ function discRim(disc) {
 
 const discSpokes = (rim) => [0, 1, 2].map((k) => rim[Math.floor((k * rim.length) / 3)]);
 
+/* Points along a rope in the ground's axes: its spans, and arcs on its sheaves by angles that are continuous from the start. */
+function ropePoints(rope, poses) {
+    const { places } = rope, count = places.length, points = [];
+    if (count === 0) return points;
+    const axis = sub(moved(poses[rope.body], rope.axis), moved(poses[rope.body], [0, 0, 0]));
+    const centres = places.map((place) => moved(poses[place.body], place.at)), signed = places.map((place) => place.turn * place.radius);
+    const spans = Array.from({ length: rope.closed ? count : count - 1 }, (_, k) => {
+        const next = (k + 1) % count, whole = sub(centres[next], centres[k]), d = sub(whole, scaled(dot(whole, axis), axis)), p = signed[next] - signed[k];
+        return scaled(1 / (dot(d, d) || 1), sub(scaled(Math.sqrt(Math.max(dot(d, d) - p * p, 0)), d), scaled(p, cross(axis, d))));
+    });
+    /* The rim is to the right of a rope that turns left. */
+    const rim = (k, along, angle) => {
+        const side = scaled(-signed[k], cross(axis, along)), turned = places[k].turn * angle;
+        return add(centres[k], add(scaled(Math.cos(turned), side), scaled(Math.sin(turned), cross(axis, side))));
+    };
+    const wrapAt = (k, into, out) => {
+        const change = places[k].turn * Math.atan2(dot(axis, cross(into, out)), dot(into, out)) - places[k].wrap;
+        return places[k].wrap + Math.atan2(Math.sin(change), Math.cos(change));
+    };
+    /* Without a sheave that the rope has left. */
+    const left = places.findIndex(({ leaves }, k) => leaves && wrapAt(k, spans.at(k - 1), spans[k]) < 0);
+    if (left >= 0) return ropePoints({ ...rope, places: places.filter((_, k) => k !== left) }, poses);
+    places.forEach((place, k) => {
+        const into = k > 0 || rope.closed ? spans.at(k - 1) : null, out = spans[k] || (rope.closed ? spans[0] : null);
+        if (place.turn === 0) points.push(centres[k]);
+        else if (!place.wraps) points.push(rim(k, out || into, 0));
+        else {
+            const wrap = wrapAt(k, into, out), steps = Math.max(1, Math.ceil((RIM * Math.abs(wrap)) / (2 * Math.PI)));
+            for (let i = 0; i <= steps; i++) points.push(rim(k, into, (wrap * i) / steps));
+        }
+    });
+    return rope.closed ? [...points, points[0]] : points;
+}
+
 /* Pins in the ground: where it is joined, and where springs and rods end. */
 function groundPoints(picture) {
     const pins = picture.bodies[0].points.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
@@ -418,7 +452,7 @@ function partsOf(m, b) {
     });
     const hatch = (part) => ({ ...part, hatch: part.colour === colour ? hatchOf(b) : "" });
     const discs = m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
-    if (b === 0) return [...parts, ...surfaces, ...discs.filter(({ disc }) => disc.teeth), ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
+    if (b === 0) return [...parts, ...surfaces, ...discs.filter(({ disc }) => disc.teeth || disc.sheave), ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,
         ...surfaces,
@@ -449,5 +483,5 @@ function makeMechanism(picture) {
     const lengths = plain.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
     for (const plane of surfaces) if (plane.kind === "plane") plane.points = planeCorners(plane, tracks, size);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, ...withCylinders(picture, shapes), pins, discs, surfaces, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, ...withCylinders(picture, shapes), ropes: picture.ropes || [], pins, discs, surfaces, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }

@@ -216,6 +216,9 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_SENSOR,
                                                             KMP_OUTPUT_FORCE,
                                                             KMP_OUTPUT_GAP,
+                                                            KMP_OUTPUT_TENSION,
+                                                            KMP_OUTPUT_ROPE_LENGTH,
+                                                            KMP_OUTPUT_WRAP,
                                                             KMP_OUTPUT_LAMBDA,
                                                             KMP_OUTPUT_REACTION,
                                                             KMP_OUTPUT_MOMENT,
@@ -238,7 +241,8 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count;
+               3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count +
+               2 * model->rope_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)

@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* In the plane across the axes a span from circle i to circle j, with radii r that have the sign of their turn, has the
+ * direction of d = c_j - c_i turned by -asin(p/|d|), p = r_j - r_i. Its length is sqrt(d^2 - p^2 + z^2), z along the
+ * axis. Angles are continuous because they are differences from the start: a + atan2(sin(x - a), cos(x - a)), where x
+ * stays within half a turn of a, which the end of a run guards. The rotations of drums are coordinates without limits.
+ */
+#include "dynamics/kinematics/rope_path.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
+#include "symbolic/function_table.h"
+#include "symbolic/substitute.h"
+#include <math.h>
+#include <string.h>
+
+/* Shortest free part next to a sheave, over its radius: the forces of a part that is used up have no direction. */
+#define LEAST_SPAN 0.01
+/* Largest change of an angle since the start, in rad: short of half a turn by more than a step of a run changes it. */
+#define MOST_TURNED 3.1
+/* Smallest wrap of a sheave, in rad: a rope that just touches it starts with rounding. */
+#define LEAST_WRAP -1e-6
+
+/* Conditions of a place: of the path with all sheaves, then of the path without one that the rope has left. */
+enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS };
+
+/* A path in the axes of the link that carries all its places. */
+typedef struct path {
+    const kmp_tree *tree;
+    const kmp_rope *rope;
+    int link;
+    kmp_vec axis;
+    int without;   /* a place that it leaves out; -1: none */
+    kmp_ref holds; /* 1 where the rope has this path, otherwise 0 */
+} path;
+
+typedef struct span {
+    kmp_ref length;
+    kmp_vec along; /* unit vector across the axis */
+} span;
+
+static path path_of(const kmp_tree *tree, const kmp_rope *rope)
+{
+    path p = {.tree = tree,
+              .rope = rope,
+              .link = kmp_point_link(tree, rope->places[0].point),
+              .without = -1,
+              .holds = KMP_ONE};
+    for (int k = 0; k < rope->count; k++) {
+        const kmp_rope_place *place = &rope->places[k];
+        p.link = kmp_tree_common(tree, p.link, kmp_point_link(tree, place->point));
+        if (place->turns)
+            p.link = kmp_tree_common(tree, p.link, tree->mounts[place->carrier].link);
+    }
+    p.axis = kmp_vec_zero();
+    if (rope->plane >= 0) {
+        const kmp_rope_place *place = &rope->places[rope->plane];
+        const double e[3] = {place->axis == 0, place->axis == 1, place->axis == 2};
+        p.axis = kmp_point_direction(tree, place->point, e, p.link);
+    }
+    return p;
+}
+
+static const char *point_name(const path *p, int place, const char **body)
+{
+    const kmp_point *point = &p->tree->model->points[p->rope->places[place].point];
+    *body = p->tree->model->bodies[point->body].name;
+    return point->name;
+}
+
+/* The place after another one, and before it. */
+static int after(const path *p, int k)
+{
+    const int next = (k + 1) % p->rope->count;
+    return next == p->without ? (next + 1) % p->rope->count : next;
+}
+
+static int before(const path *p, int k)
+{
+    const int count = p->rope->count, last = (k + count - 1) % count;
+    return last == p->without ? (last + count - 1) % count : last;
+}
+
+/* The value of a condition of this path, and its number. */
+static kmp_ref where_it_holds(const path *p, kmp_ref value)
+{
+    return p->holds == KMP_ONE ? value : kmp_select(p->tree->graph, p->holds, value, KMP_ONE);
+}
+
+static int numbered(const path *p, int condition)
+{
+    return p->without < 0 ? condition : PATH_CONDITIONS + condition;
+}
+
+static kmp_ref signed_radius(const path *p, int place)
+{
+    const kmp_ref r = kmp_tree_number(p->tree, &p->rope->places[place].radius);
+    return p->rope->places[place].turn < 0 ? kmp_neg(r) : r;
+}
+
+/* Runs end where a free part next to a sheave is used up. */
+static void end_span(const path *p, int k, int next, kmp_ref difference, kmp_ref square)
+{
+    kmp_graph *g = p->tree->graph;
+    const char *body[2], *name[2] = {point_name(p, k, &body[0]), point_name(p, next, &body[1])};
+    const kmp_ref least = kmp_mul(g, kmp_const(g, LEAST_SPAN * LEAST_SPAN), kmp_mul(g, difference, difference));
+    kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, SPAN_ENDS), where_it_holds(p, kmp_sub(g, square, least)),
+                 "one of them has come to the rim of the other, where the rope has no free part left",
+                 "rope '%s': '%s.%s' and '%s.%s' touch", p->rope->name, body[0], name[0], body[1], name[1]);
+}
+
+/* Span k of the path, from place k to the next one. */
+static span span_of(const path *p, int k)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope *rope = p->rope;
+    const int next = after(p, k);
+    const kmp_vec whole = kmp_vec_sub(g, kmp_point_position(p->tree, rope->places[next].point, p->link),
+                                      kmp_point_position(p->tree, rope->places[k].point, p->link));
+    const kmp_ref all = kmp_vec_dot(g, whole, whole);
+    if (rope->places[k].turn == 0 && rope->places[next].turn == 0) {
+        const kmp_ref length = kmp_sqrt(g, all);
+        return (span){length, kmp_vec_scale(g, kmp_div(g, KMP_ONE, length), whole)};
+    }
+    const kmp_ref deep = kmp_vec_dot(g, whole, p->axis);
+    const kmp_vec d = kmp_vec_sub(g, whole, kmp_vec_scale(g, deep, p->axis));
+    const kmp_ref across = kmp_vec_dot(g, d, d), difference = kmp_sub(g, signed_radius(p, next), signed_radius(p, k));
+    const kmp_ref square = kmp_sub(g, across, kmp_mul(g, difference, difference)), free = kmp_sqrt(g, square);
+    end_span(p, k, next, difference, square);
+    const kmp_vec turned =
+        kmp_vec_sub(g, kmp_vec_scale(g, free, d), kmp_vec_scale(g, difference, kmp_vec_cross(g, p->axis, d)));
+    return (span){kmp_sqrt(g, kmp_sub(g, all, kmp_mul(g, difference, difference))),
+                  kmp_vec_scale(g, kmp_div(g, KMP_ONE, across), turned)};
+}
+
+/* -- angles -------------------------------------------------------------------------------------------- */
+
+/* The angle from one direction to another one to the left about the axis, less `from`; within half a turn of zero. */
+static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, double from)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_ref sine = kmp_vec_dot(g, p->axis, kmp_vec_cross(g, first, second));
+    const kmp_ref cosine = kmp_vec_dot(g, first, second), c = kmp_const(g, cos(from)), s = kmp_const(g, sin(from));
+    const kmp_ref change = kmp_binary(g, KMP_OP_ATAN2, kmp_sub(g, kmp_mul(g, c, sine), kmp_mul(g, s, cosine)),
+                                      kmp_add(g, kmp_mul(g, c, cosine), kmp_mul(g, s, sine)));
+    const char *body, *name = point_name(p, k, &body);
+    const kmp_ref left = kmp_sub(g, kmp_const(g, MOST_TURNED * MOST_TURNED), kmp_mul(g, change, change));
+    kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, TURN_ENDS), where_it_holds(p, left),
+                 "angles of a rope at a sheave are within half a turn of the start",
+                 "rope '%s' has turned by 3.1 rad about '%s.%s' since the start", p->rope->name, body, name);
+    return change;
+}
+
+static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope_place *place = &p->rope->places[k];
+    const kmp_ref change = turned_from(p, k, in, out, place->turn * place->wrap);
+    const kmp_ref wrap = kmp_add(g, kmp_const(g, place->wrap), place->turn > 0 ? change : kmp_neg(change));
+    const char *body, *name = point_name(p, k, &body);
+    if (place->leaves)
+        return wrap;
+    kmp_tree_end(p->tree, place, numbered(p, WRAP_ENDS), where_it_holds(p, kmp_sub(g, wrap, kmp_const(g, LEAST_WRAP))),
+                 "from here on it would be straight", "rope '%s' leaves the sheave at '%s.%s'", p->rope->name, body,
+                 name);
+    return wrap;
+}
+
+static kmp_ref wrap_at(const path *p, int k)
+{
+    return wrap_between(p, k, span_of(p, before(p, k)).along, span_of(p, k).along);
+}
+
+/* The place that a rope may leave; -1: there is none. */
+static int leaving(const kmp_rope *rope)
+{
+    for (int k = 0; k < rope->count; k++)
+        if (rope->places[k].leaves)
+            return k;
+    return -1;
+}
+
+/* 1 where the rope is off the sheave that it may leave. */
+static kmp_ref is_off(const path *p, int k)
+{
+    const char *body, *name = point_name(p, k, &body);
+    return kmp_tree_condition(p->tree, &p->rope->places[k], OFF, wrap_at(p, k), 0, NULL, "rope '%s' is off '%s.%s'",
+                              p->rope->name, body, name);
+}
+
+/* A value of the path that the rope has: with all sheaves, or without the one that it has left. */
+static kmp_ref on_path(const kmp_tree *tree, const kmp_rope *rope, int place,
+                       kmp_ref (*value)(const path *p, int place))
+{
+    kmp_graph *g = tree->graph;
+    const int k = leaving(rope);
+    path whole = path_of(tree, rope);
+    if (k < 0)
+        return value(&whole, place);
+    const kmp_ref off = is_off(&whole, k);
+    path straight = whole;
+    straight.without = k;
+    straight.holds = off;
+    whole.holds = kmp_sub(g, KMP_ONE, off);
+    const kmp_ref without = place == k ? KMP_ZERO : value(&straight, place);
+    return kmp_select(g, off, without, value(&whole, place));
+}
+
+kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
+{
+    return on_path(tree, rope, place, wrap_at);
+}
+
+/* Rim that has turned to the left with the body, less what the direction of the span has turned: both against the
+ * carrier, the second one since the start. */
+static kmp_ref rolled(const path *p, int k, kmp_vec along)
+{
+    const kmp_tree *tree = p->tree;
+    kmp_graph *g = tree->graph;
+    const kmp_rope_place *place = &p->rope->places[k];
+    kmp_vec start;
+    for (int i = 0; i < 3; i++)
+        start.x[i] = kmp_const(g, place->toward[i]);
+    start = kmp_body_vector(tree, place->carrier, start);
+    start = kmp_link_direction(tree, tree->mounts[place->carrier].link, start, p->link);
+    kmp_ref angle = kmp_neg(turned_from(p, k, start, along, 0));
+    for (int i = 0; i < place->turning_count; i++) {
+        const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)place->turning[i].motion);
+        angle = kmp_add(g, angle, place->turning[i].sense > 0 ? q : kmp_neg(q));
+    }
+    return kmp_mul(g, signed_radius(p, k), angle);
+}
+
+/* -- lengths ------------------------------------------------------------------------------------------- */
+
+/* The length up to the arrival at a place, or of the whole path (-1). */
+static kmp_ref length_to(const path *p, int place)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope *rope = p->rope;
+    kmp_ref sum = KMP_ZERO;
+    span in = rope->closed ? span_of(p, before(p, 0)) : (span){0};
+    for (int k = 0, next; k != place; k = next) {
+        next = after(p, k);
+        if (!rope->closed && next == 0)
+            break;
+        const span own = span_of(p, k);
+        if (kmp_rope_wraps(rope, k)) {
+            const kmp_ref r = kmp_tree_number(p->tree, &rope->places[k].radius);
+            sum = kmp_add(g, sum, kmp_mul(g, r, wrap_between(p, k, in.along, own.along)));
+        }
+        sum = kmp_add(g, sum, own.length);
+        in = own;
+        if (next == 0)
+            break;
+    }
+    return sum;
+}
+
+kmp_ref kmp_rope_length(const kmp_tree *tree, const kmp_rope *rope)
+{
+    return on_path(tree, rope, -1, length_to);
+}
+
+/* The length that the drum at an end has paid out, without its value at the start. */
+static kmp_ref paid_by(const path *p, bool last)
+{
+    const int k = last ? p->rope->count - 1 : 0;
+    if (!p->rope->places[k].drum)
+        return KMP_ZERO;
+    const kmp_ref paid = rolled(p, k, span_of(p, last ? before(p, k) : 0).along);
+    return last ? kmp_neg(paid) : paid;
+}
+
+static kmp_ref paid_on(const path *p, int unused)
+{
+    (void)unused;
+    return kmp_add(p->tree->graph, paid_by(p, false), paid_by(p, true));
+}
+
+static kmp_ref paid(const kmp_tree *tree, const kmp_rope *rope)
+{
+    const bool drums = rope->places[0].drum || rope->places[rope->count - 1].drum;
+    return drums ? on_path(tree, rope, -1, paid_on) : KMP_ZERO;
+}
+
+kmp_ref kmp_rope_slide(const kmp_tree *tree, const kmp_rope *rope, int place)
+{
+    const path p = path_of(tree, rope);
+    kmp_graph *g = tree->graph;
+    const kmp_ref arrived = kmp_sub(g, length_to(&p, place), paid_by(&p, false));
+    return kmp_add(g, arrived, rolled(&p, place, span_of(&p, before(&p, place)).along));
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+/* The coordinate of a motion at the start: as it is driven, or as it is written. */
+static kmp_ref start_of(const kmp_tree *tree, int motion)
+{
+    const kempe_model *model = tree->model;
+    for (int c = 0; c < model->closure_count; c++)
+        if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion)
+            return kmp_tree_expression(tree, model->closures[c].function);
+    return kmp_tree_number(tree, &model->start.q[motion]);
+}
+
+/* Values with the coordinates of the start in place of all coordinates. They are functions of a tree without charts. */
+static void put_start(const kmp_tree *tree, int count, kmp_ref *values)
+{
+    kmp_graph *g = tree->graph;
+    const kempe_model *model = tree->model;
+    const int n = model->motion_count, times = kmp_tree_time_leaf_count(tree);
+    kmp_ref *from = KMP_GRAPH_NEW(g, kmp_ref, n + times + 1), *to = KMP_GRAPH_NEW(g, kmp_ref, n + times + 1);
+    uint16_t through;
+    if (!from || !to) {
+        kmp_graph_fail(g);
+        return;
+    }
+    for (int k = 0; k < n; k++) {
+        from[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
+        to[k] = start_of(tree, k);
+    }
+    if (!kmp_substitute(g, n, from, to, count, values, &through))
+        kmp_graph_fail(g);
+    from[0] = kmp_input(g, KMP_IN_TIME, 0);
+    to[0] = KMP_ZERO;
+    for (int k = 0; k < model->input_count; k++) {
+        from[1 + k] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, 0));
+        to[1 + k] = kmp_const(g, kmp_signal_value(&model->inputs[k].signal, 0));
+    }
+    if (!kmp_substitute(g, 1 + model->input_count, from, to, count, values, &through))
+        kmp_graph_fail(g);
+}
+
+/* The length at the start, less what was paid out then. */
+static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref *length, kmp_ref *paid_out)
+{
+    kmp_graph *g = tree->graph;
+    kmp_tree plain;
+    kmp_ref values[2] = {KMP_ZERO, KMP_ZERO};
+    memset(&plain, 0, sizeof plain);
+    if (!kmp_tree_init(&plain, g, tree->model, tree->keep, false)) {
+        kmp_graph_fail(g);
+        return;
+    }
+    values[0] = kmp_rope_length(&plain, rope);
+    values[1] = paid(&plain, rope);
+    put_start(tree, 2, values);
+    kmp_tree_free(&plain);
+    *length = values[0];
+    *paid_out = values[1];
+}
+
+/* The free length of what has the length L at the start under the preload. */
+static kmp_ref unloaded(const kmp_tree *tree, const kmp_rope *rope, kmp_ref length)
+{
+    kmp_graph *g = tree->graph;
+    if (rope->preload.value == 0 && !rope->preload.expr)
+        return length;
+    const kmp_ref stretch = kmp_div(g, kmp_tree_number(tree, &rope->preload), kmp_tree_number(tree, &rope->stiffness));
+    if (rope->axial && kmp_rope_is_belt(rope))
+        return kmp_mul(g, length, kmp_sub(g, KMP_ONE, stretch));
+    return rope->axial ? kmp_div(g, length, kmp_add(g, KMP_ONE, stretch)) : kmp_sub(g, length, stretch);
+}
+
+kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_ref now = paid(tree, rope);
+    if (rope->length && now == KMP_ZERO)
+        return kmp_tree_expression(tree, rope->length);
+    kmp_ref length = KMP_ZERO, before = KMP_ZERO;
+    at_start(tree, rope, &length, &before);
+    length = rope->length ? kmp_tree_expression(tree, rope->length) : unloaded(tree, rope, length);
+    return kmp_add(g, length, kmp_sub(g, now, before));
+}
+
+kmp_ref kmp_rope_tension(const kmp_tree *tree, const kmp_rope *rope)
+{
+    if (rope->kind == KMP_ROPE_ELASTIC)
+        return kmp_bearing_load_measure(tree, KMP_MEASURE_NORMAL, rope->name);
+    return kmp_tree_multiplier(tree, kmp_name_find(KMP_NAMED(tree->model, closure), rope->name), 0);
+}

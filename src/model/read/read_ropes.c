@@ -1,0 +1,551 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The paths of ropes: places, the coordinates that turn drums, and the angles at the start. */
+#include "model/read/read_ropes.h"
+#include "base/memory.h"
+#include "linalg/dense/dot.h"
+#include "linalg/dense/three.h"
+#include "model/data/model.h"
+#include "model/data/pose.h"
+#include "model/data/rope.h"
+#include "model/language/expression_value.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
+#include "model/read/reader.h"
+#include <math.h>
+#include <string.h>
+
+/* Sine of the angle between axes that counts as zero: written axes have nine digits. */
+#define SAME_AXIS 1e-9
+#define TURN      6.28318530717958647692
+/* A wrap below zero by less, in rad, is none: the rope just touches its sheave, with rounding. */
+#define NO_WRAP 1e-6
+/* Slack over length that counts as zero at the start: written lengths have nine digits. */
+#define SHORT 1e-9
+/* Sine of the angle of a span out of the plane of its sheave, 5 deg, beyond which its direction is in doubt. */
+#define OBLIQUE 0.087
+
+static const kmp_key rope_keys[] = {
+#include "model/keys/rope_keys.def"
+    {0}};
+static const kmp_key place_keys[] = {
+#include "model/keys/rope_place_keys.def"
+    {0}};
+
+/* A rope that is being read. */
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_yaml *map, *list;
+    const char *what;
+    kmp_rope *rope;
+    const kmp_pose *poses; /* with all coordinates zero */
+    const double (*axes)[3];
+} reading;
+
+/* -- places -------------------------------------------------------------------------------------------- */
+
+static bool read_word_of(const reading *c, const kmp_yaml *map, const char *key, const char *const *words, int *found)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    if (node)
+        *found = kmp_read_choice(c->r, node, c->what, KMP_NAMES(words, strlen(words[2]) ? 3 : 2),
+                                 kmp_reader_say(c->r, "the %s is", key), " or ");
+    return *found >= 0;
+}
+
+/* The element of friction has its texts (rope_elements.c). With it the rotation of the sheave counts. */
+static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+{
+    const kmp_yaml *friction = kmp_yaml_get(map, "friction"), *groove = kmp_yaml_get(map, "groove");
+    const char *of[2] = {kmp_reader_say(c->r, "friction of %s", c->what),
+                         kmp_reader_say(c->r, "groove of %s", c->what)};
+    kmp_number number = {0};
+    place->turns = place->drum || friction;
+    if (friction && (!kmp_read_number(c->r, friction, of[0], KMP_DIM_NUMBER, &number) ||
+                     !kmp_check_rule(c->r, friction, of[0], KMP_FIELD_NOT_NEGATIVE, number.value, "")))
+        return false;
+    return !groove || (kmp_read_number(c->r, groove, of[1], kmp_key_dimension(place_keys, "groove"), &number) &&
+                       kmp_check_rule(c->r, groove, of[1], KMP_FIELD_POSITIVE, number.value, ""));
+}
+
+/* The sheave that the rope may leave. */
+static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "may_leave");
+    static const char *const words[] = {"yes"};
+    if (!node)
+        return true;
+    for (int k = 0; k < c->rope->count; k++)
+        if (c->rope->places[k].leaves)
+            return kmp_reader_complain(c->r, node->place, "%s: a rope may leave one of its sheaves", c->what);
+    if (c->rope->closed && c->list->count < 3)
+        return kmp_reader_complain(c->r, node->place, "%s: a closed rope leaves a sheave only if two others remain",
+                                   c->what);
+    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is", "") == 0;
+    return place->leaves;
+}
+
+static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+{
+    static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
+    const kmp_yaml *radius = kmp_read_required(c->r, map, c->what, "radius"), *turns = kmp_yaml_get(map, "turns");
+    const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
+    int way = -1, axis = 2;
+    double full = 0;
+    if (!kmp_read_required(c->r, map, c->what, "turn") || !read_word_of(c, map, "turn", ways, &way) ||
+        !read_word_of(c, map, "axis", letters, &axis))
+        return false;
+    place->turn = way == 0 ? 1 : -1;
+    place->axis = axis;
+    if (!radius || !kmp_read_number(c->r, radius, of, KMP_DIM_LENGTH, &place->radius) ||
+        !kmp_check_rule(c->r, radius, of, KMP_FIELD_POSITIVE, place->radius.value, ""))
+        return false;
+    of = kmp_reader_say(c->r, "turns of %s", c->what);
+    if (turns && !kmp_read_fixed(c->r, turns, of, KMP_DIM_NUMBER, &full))
+        return false;
+    if (full < 0 || full != floor(full))
+        return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number, 0 or more, is expected", of, full);
+    place->wrap = TURN * full;
+    return read_rim(c, map, place) && read_leaving(c, map, place);
+}
+
+/* Keys that only a sheave between the ends has. */
+static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
+{
+    static const char *const keys[] = {"turns", "friction", "groove", "may_leave"};
+    const bool end = !c->rope->closed && (k == 0 || k == c->list->count - 1);
+    if (drum && !end)
+        return kmp_reader_complain(c->r, map->place,
+                                   "%s: a rope ends on a drum, so that a drum is its first or its last place", c->what);
+    if (!drum && end)
+        return kmp_reader_complain(c->r, map->place,
+                                   "%s: a sheave lies between two other places; a rope ends at a point or on a drum",
+                                   c->what);
+    for (int i = 0; drum && i < 4; i++)
+        if (kmp_yaml_get(map, keys[i]))
+            return kmp_reader_complain(c->r, kmp_yaml_get(map, keys[i])->place,
+                                       "%s: a drum, or a wheel with grip, has no %s: the rope does not slide there",
+                                       c->what, keys[i]);
+    if (kmp_yaml_get(map, "groove") && !kmp_yaml_get(map, "friction"))
+        return kmp_reader_complain(c->r, map->place, "%s: groove belongs to friction", c->what);
+    if (kmp_yaml_get(map, "grip"))
+        return kmp_reader_complain(c->r, map->place, "%s: grip is 'yes' or absent, and belongs to a 'round'", c->what);
+    if (c->rope->closed && kmp_yaml_get(map, "friction"))
+        return kmp_reader_complain(c->r, map->place, "%s: friction on a sheave is for a rope with two ends", c->what);
+    if (kmp_yaml_get(map, "may_leave") && kmp_yaml_get(map, "friction"))
+        return kmp_reader_complain(c->r, map->place, "%s: a sheave with friction has no may_leave", c->what);
+    return true;
+}
+
+static bool read_place(const reading *c, int k)
+{
+    static const char *const kinds[] = {"round", "drum"};
+    const kmp_yaml *node = c->list->items[k];
+    kmp_rope_place *place = &c->rope->places[k];
+    *place = (kmp_rope_place){.point = -1};
+    if (node->kind != KMP_YAML_MAP) {
+        place->point = kmp_read_point(c->r, node, c->what);
+        return place->point >= 0;
+    }
+    if (!kmp_read_map(c->r, node, c->what, place_keys))
+        return false;
+    const int kind = kmp_read_one_key(c->r, node, c->what, KMP_NAMES_OF(kinds));
+    if (kind < 0 || !check_place(c, node, k, kind == 1))
+        return false;
+    place->drum = kind == 1;
+    place->point = kmp_read_point(c->r, kmp_yaml_get(node, kinds[kind]), c->what);
+    if (place->point < 0 || !read_round(c, node, place))
+        return false;
+    if (c->r->model->bodies[c->r->model->points[place->point].body].flexible > 0)
+        return kmp_reader_complain(c->r, node->place,
+                                   "%s: a sheave or drum on a flexible body has an axis that does not rest: put it on "
+                                   "a rigid body that is welded to it",
+                                   c->what);
+    if (c->rope->plane < 0)
+        c->rope->plane = k;
+    return true;
+}
+
+/* -- axes ---------------------------------------------------------------------------------------------- */
+
+/* The axis of a place with all coordinates zero, in the axes of the ground. */
+static void axis_of(const reading *c, int k, double axis[3])
+{
+    const kmp_rope_place *place = &c->rope->places[k];
+    const kempe_model *model = c->r->model;
+    kmp_pose pose;
+    const double *zero = KMP_ARENA_NEW(&c->r->scratch, double, model->motion_count + 1);
+    axis[0] = axis[1] = axis[2] = 0;
+    if (!zero)
+        return;
+    kmp_pose_of_point(model, c->poses, zero, place->point, &pose);
+    for (int i = 0; i < 3; i++)
+        axis[i] = pose.r[i][place->axis];
+}
+
+static double across(const double a[3], const double b[3])
+{
+    double n[3];
+    kmp_cross3(a, b, n);
+    return sqrt(kmp_dot(3, n, n));
+}
+
+static const char *place_name(const reading *c, int k)
+{
+    const kmp_point *point = &c->r->model->points[c->rope->places[k].point];
+    return kmp_reader_say(c->r, "%s.%s", c->r->model->bodies[point->body].name, point->name);
+}
+
+/* All rotations from a body up to another one are about the axis. */
+static bool turns_about(const reading *c, int body, int up, const double axis[3], const char **joint)
+{
+    const kempe_model *model = c->r->model;
+    for (; body != up; body = model->bodies[body].parent)
+        for (int k = model->bodies[body].first_motion;
+             k < model->bodies[body].first_motion + model->bodies[body].motion_count; k++)
+            if (model->motions[k].rotation && across(c->axes[k], axis) > SAME_AXIS) {
+                *joint = model->bodies[body].joint;
+                return false;
+            }
+    return true;
+}
+
+/* The axis of place k is the axis of the rope, and stays so. */
+static bool check_axis(const reading *c, int k, const double axis[3])
+{
+    const kempe_model *model = c->r->model;
+    const int plane = c->rope->plane;
+    double own[3];
+    const char *joint;
+    axis_of(c, k, own);
+    if (across(own, axis) > SAME_AXIS)
+        return kmp_reader_complain(
+            c->r, c->list->items[k]->place,
+            "%s: the axes of '%s' and '%s' are not parallel, as they are in one rope; the key axis "
+            "selects x, y or z of a point",
+            c->what, place_name(c, plane), place_name(c, k));
+    if (kmp_dot(3, own, axis) < 0)
+        c->rope->places[k].turn = -c->rope->places[k].turn;
+    const int body[2] = {model->points[c->rope->places[plane].point].body,
+                         model->points[c->rope->places[k].point].body};
+    const int top = kmp_model_common_body(model, body[0], body[1]);
+    for (int side = 0; side < 2; side++)
+        if (!turns_about(c, body[side], top, axis, &joint))
+            return kmp_reader_complain(
+                c->r, c->list->items[k]->place,
+                "%s: the axes of '%s' and '%s' do not stay parallel, because joint '%s' turns about another axis",
+                c->what, place_name(c, plane), place_name(c, k), joint);
+    return true;
+}
+
+/* The body that carries all places of the path. */
+static int common_body(const reading *c)
+{
+    const kempe_model *model = c->r->model;
+    int top = model->points[c->rope->places[0].point].body;
+    for (int k = 1; k < c->rope->count; k++)
+        top = kmp_model_common_body(model, top, model->points[c->rope->places[k].point].body);
+    return top;
+}
+
+static bool is_about(const reading *c, int body, const double axis[3])
+{
+    const char *joint;
+    const kempe_model *model = c->r->model;
+    return model->bodies[body].flexible == 0 && turns_about(c, body, model->bodies[body].parent, axis, &joint);
+}
+
+/* The rotation of a drum against its carrier: the body of the whole path, or where a joint on the way turns about
+ * another axis the body that it carries. So the angle of the span against the carrier changes least. */
+static void find_rotation(const reading *c, int k, const double axis[3])
+{
+    const kempe_model *model = c->r->model;
+    kmp_rope_place *place = &c->rope->places[k];
+    const int top = common_body(c);
+    place->carrier = model->points[place->point].body;
+    place->turning = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_turning, model->motion_count + 1);
+    while (place->turning && place->carrier != top && is_about(c, place->carrier, axis)) {
+        const kmp_body *b = &model->bodies[place->carrier];
+        for (int m = b->first_motion; m < b->first_motion + b->motion_count; m++)
+            if (model->motions[m].rotation)
+                place->turning[place->turning_count++] =
+                    (kmp_rope_turning){m, kmp_dot(3, c->axes[m], axis) > 0 ? 1 : -1};
+        place->carrier = b->parent;
+    }
+}
+
+static bool find_axes(const reading *c)
+{
+    double axis[3];
+    bool good = true;
+    if (c->rope->plane < 0)
+        return true;
+    axis_of(c, c->rope->plane, axis);
+    for (int k = 0; k < c->rope->count; k++) {
+        if (c->rope->places[k].turn != 0 && k != c->rope->plane)
+            good = check_axis(c, k, axis) && good;
+        if (c->rope->places[k].turns)
+            find_rotation(c, k, axis);
+    }
+    return good;
+}
+
+/* -- numbers ------------------------------------------------------------------------------------------- */
+
+static bool read_own(const reading *c, const char *key, kmp_field_rule rule, kmp_number *number)
+{
+    const kmp_yaml *node = kmp_yaml_get(c->map, key);
+    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, key);
+    return !node || (kmp_read_number(c->r, node, of, kmp_key_dimension(rope_keys, key), number) &&
+                     kmp_check_rule(c->r, node, of, rule, number->value, ""));
+}
+
+/* The element that the keys make, and keys that do not belong to it: as rope_elements.c writes it. */
+static bool read_kind(const reading *c)
+{
+    static const char *const stiff[] = {"axial_stiffness", "stiffness"};
+    static const char *const elastic[] = {"damping", "preload"};
+    const kmp_yaml *slack = kmp_yaml_get(c->map, "slack"), *restitution = kmp_yaml_get(c->map, "restitution");
+    const int stiffness = kmp_count_keys(c->map, KMP_NAMES_OF(stiff), &(int){0});
+    const bool taut = slack && slack->kind == KMP_YAML_SCALAR && strcmp(slack->text, "no") == 0;
+    const kmp_yaml *preload = kmp_yaml_get(c->map, "preload");
+    if (slack && !taut && strcmp(slack->text, "yes") != 0)
+        return kmp_reader_complain(c->r, slack->place, "%s: slack is yes or no", c->what);
+    if (stiffness > 1)
+        return kmp_reader_complain(c->r, c->map->place, "%s: 'axial_stiffness' and 'stiffness' exclude each other",
+                                   c->what);
+    if (stiffness && taut)
+        return kmp_reader_complain(c->r, slack->place,
+                                   "%s: an elastic rope only pulls; 'slack: no' is for an inextensible one", c->what);
+    if (restitution && (stiffness || taut))
+        return kmp_reader_complain(c->r, restitution->place,
+                                   "%s: restitution belongs to an inextensible rope that may be slack", c->what);
+    for (int k = 0; k < 2 && !stiffness; k++)
+        if (kmp_yaml_get(c->map, elastic[k]))
+            return kmp_reader_complain(c->r, kmp_yaml_get(c->map, elastic[k])->place,
+                                       "%s: %s belongs to a rope with 'stiffness' or 'axial_stiffness'", c->what,
+                                       elastic[k]);
+    if (preload && kmp_yaml_get(c->map, "length"))
+        return kmp_reader_complain(c->r, preload->place, "%s: the preload follows from 'length': give one of both",
+                                   c->what);
+    c->rope->kind = stiffness ? KMP_ROPE_ELASTIC : taut ? KMP_ROPE_TAUT : KMP_ROPE_PULLS;
+    c->rope->axial = kmp_yaml_get(c->map, "axial_stiffness");
+    return read_own(c, c->rope->axial ? stiff[0] : stiff[1], KMP_FIELD_POSITIVE, &c->rope->stiffness) &&
+           read_own(c, "preload", KMP_FIELD_NOT_NEGATIVE, &c->rope->preload) &&
+           read_own(c, "damping", KMP_FIELD_NOT_NEGATIVE, &(kmp_number){0});
+}
+
+static void read_rope(const reading *c)
+{
+    const kmp_yaml *length = kmp_yaml_get(c->map, "length");
+    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, c->rope->closed ? "around" : "along");
+    kmp_rope *rope = c->rope;
+    bool good = read_kind(c);
+    if (length) {
+        double first;
+        rope->length =
+            kmp_read_function(c->r, length, kmp_reader_say(c->r, "%s: length", c->what), KMP_DIM_LENGTH, &first);
+    }
+    if (!c->list || !kmp_read_list(c->r, c->list, of, -1))
+        return;
+    if (c->list->count < 2) {
+        kmp_reader_complain(c->r, c->list->place, "%s: a path has two places or more", c->what);
+        return;
+    }
+    rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
+    for (; rope->places && rope->count < c->list->count; rope->count++)
+        good = read_place(c, rope->count) && good;
+    if (!(good && rope->places && find_axes(c)))
+        rope->count = 0; /* what uses it reports no further error */
+}
+
+void kmp_read_ropes(kmp_reader *r)
+{
+    static const char *const ways[] = {"along", "around"};
+    kempe_model *model = r->model;
+    kmp_section s = kmp_read_section(r, "ropes", "rope");
+    if (s.count == 0)
+        return;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
+    double(*axes)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *axes);
+    double(*places)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *places);
+    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    model->ropes = KMP_ARENA_NEW(&model->arena, kmp_rope, s.count);
+    if (r->scratch.failed || !model->ropes)
+        return;
+    if (!r->wrong)
+        kmp_pose_motions(model, zero, poses, axes, places);
+    while (kmp_section_next(&s)) {
+        kmp_rope *rope = &model->ropes[model->rope_count++];
+        *rope = (kmp_rope){.name = s.name, .place = s.node->place, .plane = -1};
+        const int way = kmp_read_map(r, s.node, s.what, rope_keys) && !r->wrong
+                            ? kmp_read_one_key(r, s.node, s.what, KMP_NAMES_OF(ways))
+                            : -1;
+        rope->closed = way == 1;
+        if (way >= 0)
+            read_rope(
+                &(reading){r, s.node, kmp_yaml_get(s.node, ways[way]), s.what, rope, poses, (const double(*)[3])axes});
+    }
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+/* A path at the start, in the axes of the ground. */
+typedef struct start_path {
+    kmp_reader *r;
+    const kmp_pose *poses;
+    const double *q;
+    kmp_rope *rope;
+    double axis[3];
+    double (*centre)[3], (*along)[3], *length; /* of places; of spans */
+} start_path;
+
+static double signed_radius(const kmp_rope *rope, int k)
+{
+    return rope->places[k].turn * rope->places[k].radius.value;
+}
+
+static const char *name_of(const start_path *p, int k)
+{
+    const kempe_model *model = p->r->model;
+    const kmp_point *point = &model->points[p->rope->places[k].point];
+    return kmp_reader_say(p->r, "%s.%s", model->bodies[point->body].name, point->name);
+}
+
+static bool complain_inside(const start_path *p, int k, int next, double distance, double needed)
+{
+    const kmp_rope_place *places = p->rope->places;
+    const double deep = 1e3 * (needed - distance);
+    if (needed == 0)
+        return kmp_reader_complain(p->r, p->rope->place, "rope '%s': '%s' and '%s' are at one place at the start",
+                                   p->rope->name, name_of(p, k), name_of(p, next));
+    if (places[k].turn != 0 && places[next].turn != 0)
+        return kmp_reader_complain(
+            p->r, p->rope->place,
+            "rope '%s': at the start the rims at '%s' and '%s' overlap by %.6g mm, so that no span lies between them",
+            p->rope->name, name_of(p, k), name_of(p, next), deep);
+    const int round = places[k].turn != 0 ? k : next;
+    return kmp_reader_complain(
+        p->r, p->rope->place,
+        "rope '%s': at the start point '%s' is %.6g mm inside the sheave at '%s' (radius %.6g mm)", p->rope->name,
+        name_of(p, round == k ? next : k), deep, name_of(p, round), 1e3 * places[round].radius.value);
+}
+
+static bool find_span(const start_path *p, int k)
+{
+    const int next = (k + 1) % p->rope->count;
+    double d[3], turned[3];
+    for (int i = 0; i < 3; i++)
+        d[i] = p->centre[next][i] - p->centre[k][i];
+    const double deep = kmp_dot(3, d, p->axis), all = kmp_dot(3, d, d);
+    for (int i = 0; i < 3; i++)
+        d[i] -= deep * p->axis[i];
+    const double square = kmp_dot(3, d, d), difference = signed_radius(p->rope, next) - signed_radius(p->rope, k);
+    const double free = square - difference * difference;
+    if (!(all - difference * difference > 0) || ((difference != 0 || p->rope->places[k].turn != 0) && !(free > 0)))
+        return complain_inside(p, k, next, sqrt(square), fabs(difference));
+    kmp_cross3(p->axis, d, turned);
+    for (int i = 0; i < 3; i++)
+        p->along[k][i] = square > 0 ? (sqrt(fmax(free, 0)) * d[i] - difference * turned[i]) / square : 0;
+    p->length[k] = sqrt(all - difference * difference);
+    if ((p->rope->places[k].turn != 0 || p->rope->places[next].turn != 0) && fabs(deep) > OBLIQUE * p->length[k])
+        kmp_reader_warn(
+            p->r, p->rope->place,
+            "rope '%s': at the start the span from '%s' to '%s' is %.3g deg out of the plane of the sheave; "
+            "its force there is right for small angles",
+            p->rope->name, name_of(p, k), name_of(p, next), asin(fmin(fabs(deep) / p->length[k], 1)) * 360 / TURN);
+    return true;
+}
+
+/* The angle from one direction to another one to the left about the axis. */
+static double angle_between(const start_path *p, const double first[3], const double second[3])
+{
+    double n[3];
+    kmp_cross3(first, second, n);
+    return atan2(kmp_dot(3, p->axis, n), kmp_dot(3, first, second));
+}
+
+/* Angles of a place from its spans; the length of the rope on it. */
+static double find_turn(const start_path *p, int k)
+{
+    kmp_rope_place *place = &p->rope->places[k];
+    const int before = (k + p->rope->count - 1) % p->rope->count;
+    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before];
+    if (place->turns) {
+        const double(*r)[3] = p->poses[place->carrier].r;
+        for (int i = 0; i < 3; i++)
+            place->toward[i] = r[0][i] * in[0] + r[1][i] * in[1] + r[2][i] * in[2];
+    }
+    if (!kmp_rope_wraps(p->rope, k))
+        return 0;
+    double wrap = place->turn * angle_between(p, in, p->along[k]);
+    if (wrap < -NO_WRAP && !place->leaves)
+        wrap += TURN;
+    place->wrap += wrap;
+    return place->radius.value * place->wrap;
+}
+
+/* A coordinate at the start: as it is driven or written. */
+static double start_of(const kempe_model *model, int motion, const double *parameters)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion &&
+            model->closures[c].function)
+            return kmp_expr_value_at(model->closures[c].function, parameters, 0);
+    return model->start.q[motion].value;
+}
+
+static bool may_leave(const kmp_rope *rope)
+{
+    bool leaves = false;
+    for (int k = 0; k < rope->count; k++)
+        leaves = leaves || rope->places[k].leaves;
+    return leaves;
+}
+
+static void settle(start_path *p)
+{
+    const kempe_model *model = p->r->model;
+    kmp_rope *rope = p->rope;
+    double sum = 0;
+    kmp_pose pose;
+    for (int k = 0; k < rope->count; k++) {
+        kmp_pose_of_point(model, p->poses, p->q, rope->places[k].point, &pose);
+        memcpy(p->centre[k], pose.p, sizeof pose.p);
+        if (k == rope->plane)
+            for (int i = 0; i < 3; i++)
+                p->axis[i] = pose.r[i][rope->places[k].axis];
+    }
+    for (int k = 0; k < kmp_rope_spans(rope); k++) {
+        if (!find_span(p, k))
+            return;
+        sum += p->length[k];
+    }
+    for (int k = 0; k < rope->count; k++)
+        sum += find_turn(p, k);
+    const double length = rope->length ? kmp_expr_value_at(rope->length, p->r->parameter_values, 0) : sum;
+    if (rope->length && rope->kind == KMP_ROPE_PULLS && !may_leave(rope) && length < sum - SHORT * sum)
+        kmp_reader_complain(p->r, rope->place,
+                            "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",
+                            rope->name, sum, length);
+}
+
+void kmp_settle_ropes(kmp_reader *r)
+{
+    const kempe_model *model = r->model;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
+    double *q = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    if (model->rope_count == 0 || r->wrong || !poses || !q)
+        return;
+    for (int k = 0; k < model->motion_count; k++)
+        q[k] = start_of(model, k, r->parameter_values);
+    kmp_pose_all(model, q, poses);
+    for (int k = 0; k < model->rope_count; k++) {
+        const size_t count = (size_t)model->ropes[k].count;
+        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k]};
+        p.centre = kmp_arena_alloc(&r->scratch, count, sizeof *p.centre);
+        p.along = kmp_arena_alloc(&r->scratch, count, sizeof *p.along);
+        p.length = KMP_ARENA_NEW(&r->scratch, double, count);
+        if (!r->scratch.failed)
+            settle(&p);
+    }
+}

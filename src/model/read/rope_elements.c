@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Ropes become closures, contacts and friction before the model is read, by measures of their paths: the slack
+ * free_length - length is zero in a closure, not negative in a rigid contact, and minus the depth of a contact with a
+ * law. Friction on a sheave has the levels of Eytelwein and Euler for both directions, of the tension T behind it:
+ * (exp(mu w) - 1) T where the rope slides towards its first end, and (1 - exp(-mu w)) T where it slides to the other.
+ */
+#include "model/read/rope_elements.h"
+#include "model/files/nodes.h"
+#include "model/read/read_include.h"
+#include <string.h>
+
+/* The document with sections that may change. */
+typedef struct rewriting {
+    kmp_reader *r;
+    kmp_yaml *root;
+} rewriting;
+
+/* A rope: its name in the model, and as texts in its file have it. */
+typedef struct rope {
+    const kmp_yaml *key, *map, *along;
+    const char *name, *own;
+} rope;
+
+static const kmp_yaml *word(const rewriting *w, kmp_place place, const char *text)
+{
+    return kmp_yaml_word(&w->r->scratch, place, text);
+}
+
+/* A copy of a section, which takes its place; NULL: it is not a mapping, or there is no memory. */
+static kmp_yaml *open_section(rewriting *w, const char *key)
+{
+    kmp_arena *arena = &w->r->scratch;
+    const kmp_yaml *section = kmp_yaml_get(w->root, key);
+    if (section && section->kind != KMP_YAML_MAP && !section->empty)
+        return NULL;
+    kmp_yaml *copy = section && section->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena, section)
+                                                              : kmp_yaml_new(arena, KMP_YAML_MAP, w->root->place);
+    const int found = kmp_yaml_find(w->root, key);
+    if (copy && found >= 0)
+        w->root->items[found] = copy;
+    else if (copy)
+        kmp_yaml_put(arena, w->root, w->root->place, key, copy);
+    return copy;
+}
+
+static void add_entry(rewriting *w, const rope *own, const char *section, const char *name, const kmp_yaml *entry)
+{
+    kmp_yaml *map = open_section(w, section);
+    if (map && kmp_yaml_get(map, name))
+        kmp_reader_complain(w->r, own->key->place,
+                            "rope '%s': the section %s has '%s', the name of its own element, already", own->name,
+                            section, name);
+    else if (map)
+        kmp_yaml_put(&w->r->scratch, map, own->key->place, name, entry);
+}
+
+static const char *text_of(const rope *own, const char *key)
+{
+    const kmp_yaml *node = kmp_yaml_get(own->map, key);
+    return node && node->kind == KMP_YAML_SCALAR && !node->empty ? node->text : NULL;
+}
+
+static bool is_elastic(const rope *own)
+{
+    return kmp_yaml_get(own->map, "axial_stiffness") || kmp_yaml_get(own->map, "stiffness");
+}
+
+/* Between two drums, as kmp_rope_is_belt. */
+static bool is_belt(const rope *own)
+{
+    const kmp_yaml *const *places = own->along->items;
+    return kmp_yaml_get(places[0], "drum") && kmp_yaml_get(places[own->along->count - 1], "drum");
+}
+
+/* The closure or the contact. */
+static void add_tension(rewriting *w, const rope *own)
+{
+    kmp_arena *arena = &w->r->scratch;
+    const char *axial = text_of(own, "axial_stiffness"), *stiffness = text_of(own, "stiffness");
+    const char *damping = text_of(own, "damping"), *slack = text_of(own, "slack");
+    const bool taut = slack && strcmp(slack, "no") == 0;
+    const kmp_place place = own->map->place;
+    const kmp_yaml *restitution = kmp_yaml_get(own->map, "restitution");
+    const kmp_yaml *gap = word(w, place, kmp_reader_say(w->r, "free_length(%s) - length(%s)", own->own, own->own));
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    kmp_yaml_put(arena, entry, place, taut && !is_elastic(own) ? "constraint" : "gap", gap);
+    if (stiffness && !damping) { /* its energy is potential */
+        kmp_yaml_put(arena, entry, place, "law", word(w, place, "hertz"));
+        kmp_yaml_put(arena, entry, place, "exponent", word(w, place, "1"));
+        kmp_yaml_put(arena, entry, place, "stiffness", kmp_yaml_get(own->map, "stiffness"));
+    } else if (stiffness || axial) {
+        const char *strain = damping ? kmp_reader_say(w->r, "(depth + (%s)*rate)", damping) : "depth";
+        const char *over = is_belt(own) ? "length" : "free_length";
+        const char *force = stiffness ? kmp_reader_say(w->r, "(%s)*%s", stiffness, strain)
+                                      : kmp_reader_say(w->r, "(%s)*%s/%s(%s)", axial, strain, over, own->own);
+        kmp_yaml_put(arena, entry, place, "force", word(w, place, force));
+    } else if (!taut) {
+        kmp_yaml_put(arena, entry, place, "restitution", restitution ? restitution : word(w, place, "0"));
+    }
+    add_entry(w, own, taut && !is_elastic(own) ? "loops" : "contacts", own->name, entry);
+}
+
+/* Friction on the sheave at a place, from 0. */
+static void add_friction(rewriting *w, const rope *own, int k)
+{
+    kmp_arena *arena = &w->r->scratch;
+    const kmp_yaml *sheave = own->along->items[k];
+    const rope at = {.map = sheave};
+    const char *mu = text_of(&at, "friction"), *groove = text_of(&at, "groove");
+    const kmp_place place = sheave->place;
+    const char *factor =
+        groove ? kmp_reader_say(w->r, "(%s)/sin((%s)/2)", mu, groove) : kmp_reader_say(w->r, "(%s)", mu);
+    const char *power = kmp_reader_say(w->r, "%s*wrap(%s.%d)", factor, own->own, k + 1);
+    kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, place), *friction = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    kmp_yaml_append(arena, levels, NULL,
+                    word(w, place, kmp_reader_say(w->r, "(exp(%s) - 1)*tension(%s)", power, own->own)));
+    kmp_yaml_append(arena, levels, NULL,
+                    word(w, place, kmp_reader_say(w->r, "(1 - exp(-%s))*tension(%s)", power, own->own)));
+    kmp_yaml_put(arena, friction, place, "force", levels);
+    kmp_yaml_put(arena, entry, place, "sliding", word(w, place, kmp_reader_say(w->r, "slide(%s.%d)", own->own, k + 1)));
+    kmp_yaml_put(arena, entry, place, "friction", friction);
+    add_entry(w, own, "forces", kmp_reader_say(w->r, "%s_friction", own->name), entry);
+}
+
+/* The level of a second sheave would need the force on the first one, which no level has. */
+static void add_frictions(rewriting *w, const rope *own)
+{
+    const char *slack = text_of(own, "slack");
+    int found = -1;
+    for (int k = 0; k < own->along->count; k++) {
+        const kmp_yaml *sheave = own->along->items[k];
+        if (!kmp_yaml_get(sheave, "round") || !kmp_yaml_get(sheave, "friction"))
+            continue;
+        if (found >= 0 || (!is_elastic(own) && !(slack && strcmp(slack, "no") == 0))) {
+            kmp_reader_complain(w->r, sheave->place,
+                                found >= 0 ? "rope '%s': one sheave of a rope may have friction"
+                                           : "rope '%s': friction on a sheave is for an elastic rope, or for an "
+                                             "inextensible one with 'slack: no'",
+                                own->name);
+            return;
+        }
+        found = k;
+    }
+    if (found >= 0)
+        add_friction(w, own, found);
+}
+
+/* -- wheels with grip ---------------------------------------------------------------------------------- */
+
+static const kmp_yaml *path_of(const kmp_yaml *map)
+{
+    const kmp_yaml *along = kmp_yaml_get(map, "along"), *list = along ? along : kmp_yaml_get(map, "around");
+    return list && list->kind == KMP_YAML_LIST && list->count > 0 ? list : NULL;
+}
+
+static bool grips(const kmp_yaml *place)
+{
+    const kmp_yaml *grip = kmp_yaml_get(place, "round") ? kmp_yaml_get(place, "grip") : NULL;
+    return grip && grip->kind == KMP_YAML_SCALAR && strcmp(grip->text, "yes") == 0;
+}
+
+/* A wheel with grip as the end of a part: a drum. */
+static const kmp_yaml *as_drum(rewriting *w, const kmp_yaml *place)
+{
+    kmp_yaml *drum = kmp_yaml_new(&w->r->scratch, KMP_YAML_MAP, place->place);
+    for (int k = 0; k < place->count; k++) {
+        const char *key = place->keys[k]->text;
+        if (strcmp(key, "grip") != 0)
+            kmp_yaml_put(&w->r->scratch, drum, place->keys[k]->place, strcmp(key, "round") == 0 ? "drum" : key,
+                         place->items[k]);
+    }
+    return drum;
+}
+
+/* The part of a rope from one place to another one, which follows it in the list or from its beginning on. */
+static const kmp_yaml *part_of(rewriting *w, const kmp_yaml *map, int from, int to)
+{
+    kmp_arena *arena = &w->r->scratch;
+    const kmp_yaml *path = path_of(map);
+    kmp_yaml *part = kmp_yaml_new(arena, KMP_YAML_MAP, map->place);
+    kmp_yaml *places = kmp_yaml_new(arena, KMP_YAML_LIST, path->place);
+    for (int k = from;; k = (k + 1) % path->count) {
+        const kmp_yaml *place = path->items[k];
+        kmp_yaml_append(arena, places, NULL, grips(place) ? as_drum(w, place) : place);
+        if (k == to && places->count > 1)
+            break;
+    }
+    kmp_yaml_put(arena, part, path->place, "along", places);
+    for (int k = 0; k < map->count; k++)
+        if (map->items[k] != path)
+            kmp_yaml_put(arena, part, map->keys[k]->place, map->keys[k]->text, map->items[k]);
+    return part;
+}
+
+/* Puts the parts of a rope between wheels with grip into a section, NAME_1, NAME_2, .., or the rope without them. */
+static void divide(rewriting *w, const kmp_yaml *key, const kmp_yaml *map, kmp_yaml *parts)
+{
+    const kmp_yaml *path = path_of(map);
+    const bool closed = kmp_yaml_get(map, "around") && !kmp_yaml_get(map, "along");
+    int first = -1, from = closed ? -1 : 0, count = 0;
+    for (int k = 0; path && k < path->count; k++) {
+        const bool grip = grips(path->items[k]), end = !closed && k == path->count - 1;
+        if (grip && !closed && (k == 0 || end))
+            kmp_reader_complain(w->r, path->items[k]->place,
+                                "rope '%s': a rope ends on a drum, not on a wheel with grip", key->text);
+        if (!grip && !(end && first >= 0))
+            continue;
+        if (from >= 0)
+            kmp_yaml_put(&w->r->scratch, parts, key->place, kmp_reader_say(w->r, "%s_%d", key->text, ++count),
+                         part_of(w, map, from, k));
+        first = first < 0 ? k : first;
+        from = k;
+    }
+    if (first >= 0 && closed)
+        kmp_yaml_put(&w->r->scratch, parts, key->place, kmp_reader_say(w->r, "%s_%d", key->text, ++count),
+                     part_of(w, map, from, first));
+    const kmp_yaml *slack = kmp_yaml_get(map, "slack");
+    if (first < 0)
+        kmp_yaml_put(&w->r->scratch, parts, key->place, key->text, map);
+    else if (closed && slack && strcmp(slack->text, "no") == 0)
+        kmp_reader_complain(w->r, slack->place,
+                            "rope '%s': the tensions of a closed belt without slack are not unique: leave out slack, "
+                            "or give axial_stiffness and preload",
+                            key->text);
+    else if (kmp_yaml_get(map, "length") || kmp_yaml_get(map, "stiffness"))
+        kmp_reader_complain(w->r, key->place,
+                            "rope '%s': a rope that wheels with grip divide has the length at the start, and its "
+                            "stiffness is axial_stiffness: leave out length and stiffness",
+                            key->text);
+}
+
+/* -- all of them --------------------------------------------------------------------------------------- */
+
+static void add_elements(rewriting *w, const kmp_yaml *ropes)
+{
+    for (int k = 0; k < ropes->count; k++) {
+        const kmp_yaml *map = ropes->items[k], *key = ropes->keys[k];
+        const rope own = {.key = key,
+                          .map = map,
+                          .along = path_of(map),
+                          .name = key->text,
+                          .own = kmp_reader_own_name(w->r, key->place.file, key->text)};
+        if (!own.along) /* reported where the path is read */
+            continue;
+        add_tension(w, &own);
+        add_frictions(w, &own);
+    }
+}
+
+void kmp_read_rope_elements(kmp_reader *r)
+{
+    const kmp_yaml *ropes = kmp_yaml_get(r->root, "ropes");
+    rewriting w = {r, NULL};
+    if (!ropes || ropes->kind != KMP_YAML_MAP || ropes->count == 0)
+        return;
+    w.root = kmp_yaml_copy(&r->scratch, r->root);
+    kmp_yaml *parts = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, ropes->place);
+    if (!w.root || !parts)
+        return;
+    for (int k = 0; k < ropes->count; k++)
+        if (ropes->items[k])
+            divide(&w, ropes->keys[k], ropes->items[k], parts);
+    w.root->items[kmp_yaml_find(w.root, "ropes")] = parts;
+    add_elements(&w, parts);
+    r->root = w.root;
+}
