@@ -141,15 +141,13 @@ static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_out
 {
     kmp_output_argument argument = kmp_output_rows[output->kind].argument;
     bool any = output->index >= 0 && argument != KMP_OUTPUT_OF_NOTHING;
-    if (argument == KMP_OUTPUT_OF_SHEAVE) {
-        kmp_text_printf(text, "%s.%d", model->ropes[output->index].name, output->about);
-        return true;
-    }
     if (any && argument == KMP_OUTPUT_OF_POINT)
         put_point(text, model, output->index);
+    else if (any && argument == KMP_OUTPUT_OF_SHEAVE)
+        kmp_text_printf(text, "%s.%d", model->ropes[output->index].name, output->about);
     else if (any)
         kmp_text_put(text, kmp_name_at(kmp_output_names(model, argument), output->index));
-    if (output->about > 0) {
+    if (output->about > 0 && argument != KMP_OUTPUT_OF_SHEAVE) {
         kmp_text_printf(text, "%.*sabout%c", any, &space, space);
         put_point(text, model, output->about - 1);
     }

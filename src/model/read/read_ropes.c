@@ -102,7 +102,7 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
     of = kmp_reader_say(c->r, "turns of %s", c->what);
     if (turns && !kmp_read_fixed(c->r, turns, of, KMP_DIM_NUMBER, &full))
         return false;
-    if (full < 0 || full != floor(full))
+    if (turns && (full < 0 || full != floor(full)))
         return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number, 0 or more, is expected", of, full);
     place->wrap = TURN * full;
     return read_rim(c, map, place) && read_leaving(c, map, place);
