@@ -910,6 +910,26 @@ def flexible_pendulum():
     return p
 
 
+def crane():
+    """At the start."""
+    def circle(centre, radius):
+        return [at(centre, math.pi * k / 24, (radius, 0)) for k in range(49)]
+
+    drum, hook = (-5, -4), (1.0, -6)
+    p = Picture("A crane: winch, boom, and a hook block on two falls")
+    p.body("boom", (-5.4, -6.5), (0, 0), colour=6, shift=(-40, 40))
+    p.curve("winch", *circle(drum, 0.15), shift=(-34, 22))
+    p.curve("tip", *circle((0, 0), 0.2), shift=(-24, -18))
+    p.curve("hook", *circle(hook, 0.2), shift=(46, 4))
+    p.curve("", (-5.09, -3.88), (-0.13, 0.15))
+    p.curve("", (0.2, 0.02), (0.8, -6.02))
+    p.curve("", (1.2, -5.99), (0.6, 0))
+    p.pivot((0.6, 0), "end", True, (12, 4))
+    p.pivot(drum, None, True)
+    p.pivot((0, 0), None, True)
+    return p
+
+
 def gearbox():
     """From above: shafts side by side, wheels as rectangles."""
     a1, a2 = 0.003 * 73 / (2 * math.cos(math.radians(15))), 0.004 * 76 / (2 * math.cos(math.radians(12)))
@@ -981,7 +1001,7 @@ PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, br
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane)
 
 if __name__ == "__main__":
     for make in PICTURES:
