@@ -18,11 +18,6 @@
 #define WITHIN    1e-11
 #define WITHIN_OF 2e-15
 
-/* Conditions of forces change at the ends of steps, where a state does not tell which side it is on: loads are taken
- * this part of the step, or of the time, within. */
-#define WITHIN    1e-11
-#define WITHIN_OF 2e-15
-
 /* A channel: the size of a force or a moment, or a power of a force. */
 typedef struct channel {
     bool turns;
