@@ -288,7 +288,7 @@ static kempe_status take_rows(kmp_reactions *r, kmp_evaluator *eval, kmp_all_loa
     KMP_TRY(kmp_made(r->system->context, values && kmp_present_inputs_init(&inputs, &r->arena, r->system->model)));
     inputs.before = true;
     for (int row = 0; r->loads > 0 && row < rows->rows; row++) {
-        const kmp_instant at = {.t = kmp_samples_time(rows, row),
+        const kmp_instant at = {.t = kmp_samples_instant(rows, row),
                                 .q = kmp_samples_get(rows, KMP_QUANTITY_Q, row),
                                 .qd = kmp_samples_get(rows, KMP_QUANTITY_QD, row),
                                 .qdd = kmp_samples_get(rows, KMP_QUANTITY_QDD, row),

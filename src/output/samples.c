@@ -60,6 +60,7 @@ void kmp_samples_free(kmp_samples *table)
 {
     kmp_free(table->t);
     kmp_free(table->work);
+    kmp_free(table->from);
     kmp_free(table->shown);
     for (int k = 0; k < KMP_QUANTITIES; k++)
         kmp_free(table->value[k]);
@@ -113,6 +114,11 @@ int kmp_samples_add(void *user, double t, const double *q, const double *qd, con
 double kmp_samples_time(const kmp_samples *table, int row)
 {
     return table->t[row];
+}
+
+double kmp_samples_instant(const kmp_samples *table, int row)
+{
+    return table->from ? table->from[row] : table->t[row];
 }
 
 double kmp_samples_work(const kmp_samples *table, int row)

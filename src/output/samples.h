@@ -28,6 +28,7 @@ typedef struct kmp_samples {
     int n, m;
     int rows;
     double *t, *work;              /* of each row */
+    double *from;                  /* of each row, the time at which expressions have its side of an event; NULL: t */
     double *value[KMP_QUANTITIES]; /* rows x n (or m); in references NaN where not given */
     const bool *shared; /* m, of references, not their own: multipliers that redundant rows leave open, which are not
                          * judged; NULL: none */
@@ -46,6 +47,8 @@ int kmp_samples_add(void *table, double t, const double *q, const double *qd, co
 bool kmp_samples_extend(kmp_samples *table);
 
 double kmp_samples_time(const kmp_samples *table, int row);
+/** The time at which the expressions of a row are evaluated: at an event just before it, as the row is. */
+double kmp_samples_instant(const kmp_samples *table, int row);
 double kmp_samples_work(const kmp_samples *table, int row);
 
 /** n or m values, owned by the table and valid until a row is added. */

@@ -60,8 +60,12 @@ static void keep_independent(derived *closed, state *s)
     while (!independent) {
         derived_eval(closed, s);
         int worst = -1;
+        double largest = 0; /* a row that coordinates move only by rounding has a diagonal of its square */
         for (int r = 0; r < closed->m; r++)
-            if (s->kept[r] > 0 && !(closed->pivots[r] > 1e-9 * closed->diagonals[r])) {
+            largest = s->kept[r] > 0 ? fmax(largest, closed->diagonals[r]) : largest;
+        for (int r = 0; r < closed->m; r++)
+            if (s->kept[r] > 0 &&
+                !(closed->pivots[r] > 1e-9 * closed->diagonals[r] && closed->diagonals[r] > 1e-24 * largest)) {
                 const bool before = worst < 0 || !isfinite(closed->pivots[worst]);
                 worst = before && (worst < 0 || isfinite(closed->pivots[r])) ? r : worst;
             }

@@ -13,6 +13,7 @@
 #include <kempe/check.h>
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
+#include <kempe/table.h>
 #include <math.h>
 #include <stdbool.h>
 
@@ -552,6 +553,38 @@ static void rolling(void)
     }
 }
 
+/* A force ends at the time of a row. The row is before that, with accelerations and forces of one side. */
+static void rows_at_events(void)
+{
+    static const char *const formulation[] = {"reduced", "projected", "dae"};
+    for (int k = 0; k < 3; k++) {
+        loaded l = load_text("kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                             "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0], inertia: "
+                             "{zz: 0.1}, points: {P: [1, "
+                             "0, 0]}}\nforces: {f: {at: a.P, force: [0, \"if(t < 0.05, 1000*t, 0)\", 0]}}\n"
+                             "sensors: {s: \"if(t < 0.05, 1, 2)\"}\n"
+                             "run: {t_end: 0.1, output_step: 0.01, outputs: [reaction(A), s, q, qd, qdd]}\n");
+        const kempe_run_options options = {.formulation = formulation[k], .rtol = 1e-10};
+        evaluated e = evaluate(&l, &options, KEMPE_OK);
+        CHECK(e.rows == 11);
+        for (int row = 4; e.rows == 11 && row < 7; row++) {
+            const double *at = shown_at(&e, row), q = *kempe_trajectory_q(e.run, row),
+                         qd = *kempe_trajectory_qd(e.run, row);
+            const double qdd = *kempe_trajectory_qdd(e.run, row), force = row < 6 ? 10 * row : 0;
+            CHECK_NEAR(at[1], 0.5 * (qdd * cos(q) - qd * qd * sin(q)) + 9.81 - force, 1e-9);
+            CHECK(at[3] == (row < 6 ? 1 : 2));
+        }
+        kempe_table *reactions = NULL;
+        CHECK(e.run && kempe_trajectory_table(e.run, "reactions", &reactions) == KEMPE_OK);
+        const double largest = hypot(shown_at(&e, 5)[0], shown_at(&e, 5)[1]);
+        CHECK_NEAR(reactions ? kempe_table_number(reactions, 0, kempe_table_find(reactions, "force")) : 0, largest,
+                   1e-12);
+        kempe_table_free(reactions);
+        release(&e);
+        unload(&l);
+    }
+}
+
 /* A chain in space, whose hinges have three directions in turn; the operations of the loads of all its joints. */
 static double operations_of_chain(int bodies)
 {
@@ -595,6 +628,7 @@ int main(void)
     TEST(friction_on_shared_loads);
     TEST(refused);
     TEST(rolling);
+    TEST(rows_at_events);
     TEST(operations_grow_with_the_joints);
     return check_report();
 }

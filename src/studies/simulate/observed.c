@@ -343,7 +343,7 @@ void kmp_output_program_at(kmp_output_program *o, double t, const double *q, con
 void kmp_output_program_fill(kmp_output_program *o, const kmp_samples *samples, int row, double *values)
 {
     values[0] = kmp_samples_time(samples, row);
-    kmp_output_program_at(o, values[0], kmp_samples_get(samples, KMP_QUANTITY_Q, row),
+    kmp_output_program_at(o, kmp_samples_instant(samples, row), kmp_samples_get(samples, KMP_QUANTITY_Q, row),
                           kmp_samples_get(samples, KMP_QUANTITY_QD, row),
                           kmp_samples_get(samples, KMP_QUANTITY_QDD, row),
                           kmp_samples_get(samples, KMP_QUANTITY_LAMBDA, row), values + 1);

@@ -355,6 +355,8 @@ enum { MANY_ROWS = 200 };
 #define TRUSTED_GAP 1e4
 /* Loads that are evaluated in two ways are the same up to rounding. */
 #define SAME_LOAD 1e-9
+/* Part of its time by which a row at an event is before it: some roundings. */
+#define AT_EVENT 1e-14
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -572,7 +574,7 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
     eval->inputs.before = true;
     if (table->shown)
         return table->shown + (ptrdiff_t)row * kmp_outputs_width(eval->system->model);
-    return kmp_eval_shown(eval, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
+    return kmp_eval_shown(eval, kmp_samples_instant(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
                           kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row));
 }
@@ -833,6 +835,29 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
     return status;
 }
 
+/* A row at an event belongs to the step that ends there: its forces are those before the event. */
+static kempe_status find_sides(kempe_trajectory *t)
+{
+    kmp_samples *table = &t->table;
+    for (int k = 0, row = 0; k < t->log.kept; k++) {
+        const kmp_log_entry *entry = &t->log.entries[k];
+        if (strcmp(entry->kind, "event") != 0)
+            continue;
+        while (row + 1 < table->rows && kmp_samples_time(table, row + 1) <= entry->t)
+            row++;
+        const double late = row > 0 ? entry->t - kmp_samples_time(table, row) : INFINITY;
+        if (!(late >= 0 && late <= AT_EVENT * fabs(entry->t)))
+            continue;
+        if (!table->from) {
+            table->from = KMP_NEW(double, table->rows);
+            KMP_TRY(kmp_made(t->system->context, table->from));
+            memcpy(table->from, table->t, (size_t)table->rows * sizeof *table->t);
+        }
+        table->from[row] = entry->t - AT_EVENT * fabs(entry->t);
+    }
+    return KEMPE_OK;
+}
+
 const char *kmp_trajectory_unit(const kempe_trajectory *t)
 {
     int k = t->again.index;
@@ -911,6 +936,7 @@ kempe_status kmp_simulation_run(kmp_simulation *j)
         return status;
     t->status = status;
     t->interrupted = kmp_interrupted(j->context);
+    KMP_TRY(find_sides(t));
     return settle_reason(t, j->context);
 }
 
