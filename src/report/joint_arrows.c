@@ -52,7 +52,7 @@ kempe_status kmp_joint_arrows_of_run(kmp_joint_arrows *arrows, const kempe_syste
         const int row = row_of(k, count, stride);
         arrows->x[k] = kmp_samples_time(rows, row);
         made =
-            kmp_samples_add(&some, arrows->x[k], kmp_samples_get(rows, KMP_QUANTITY_Q, row),
+            kmp_samples_add(&some, kmp_samples_instant(rows, row), kmp_samples_get(rows, KMP_QUANTITY_Q, row),
                             kmp_samples_get(rows, KMP_QUANTITY_QD, row), kmp_samples_get(rows, KMP_QUANTITY_QDD, row),
                             kmp_samples_get(rows, KMP_QUANTITY_LAMBDA, row), 0) == 0;
     }

@@ -8,7 +8,9 @@
 #include "generate/models.h"
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
+#include "model/data/gear.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/flexible/beam.h"
 #include "model/language/expression_value.h"
 #include "testing.h"
@@ -181,6 +183,17 @@ static void change_closure(const kmp_code_source *kept, const kempe_model *model
     change_law(kept, closure->function);
     for (int k = 0; k < closure->curve_count; k++)
         change_law(kept, closure->curve[k]);
+    for (int k = 0; closure->gear && k < KMP_GEAR_NUMBERS; k++)
+        change(kept, model, &closure->gear->number[k]);
+}
+
+static void change_rope(const kmp_code_source *kept, const kempe_model *model, const kmp_rope *rope)
+{
+    for (int k = 0; k < rope->count; k++)
+        change(kept, model, &rope->places[k].radius);
+    change(kept, model, &rope->stiffness);
+    change(kept, model, &rope->preload);
+    change_law(kept, rope->length);
 }
 
 static void change_force(const kmp_code_source *kept, const kempe_model *model, const kmp_force *force)
@@ -225,6 +238,8 @@ static void change_model(const kmp_code_source *kept, const kempe_model *model)
         change_vector(kept, model, model->points[k].at);
     for (int k = 0; k < model->closure_count; k++)
         change_closure(kept, model, &model->closures[k]);
+    for (int k = 0; k < model->rope_count; k++)
+        change_rope(kept, model, &model->ropes[k]);
     for (int k = 0; k < model->force_count; k++)
         change_force(kept, model, &model->forces[k]);
     for (int k = 0; k < model->motion_count; k++)
