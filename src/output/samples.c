@@ -256,7 +256,7 @@ static kempe_status make(kmp_all_loads *loads, const kempe_system *system)
     return KEMPE_OK;
 }
 
-kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+static kempe_status begin(kmp_all_loads *loads, const kempe_system *system)
 {
     const kempe_model *model = system->model;
     *loads = (kmp_all_loads){.bearing_count = model->bearing_count};
@@ -277,6 +277,16 @@ void kmp_all_loads_free(kmp_all_loads *loads)
     kmp_formulas_free(&loads->formulas);
     kmp_formulas_free(&loads->bearings);
     kmp_arena_free(&loads->arena);
+}
+
+kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+{
+    const kempe_status status = begin(loads, system);
+    if (status != KEMPE_OK) {
+        kmp_all_loads_free(loads);
+        *loads = (kmp_all_loads){0};
+    }
+    return status;
 }
 
 const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at)

@@ -396,6 +396,19 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
     return -1;
 }
 
+/* True near twists of half a turn, or shafts that point against each other, where rows of constant velocity have no
+ * bounds; the state has been evaluated. */
+static bool is_at_pole(const random_model *r, const derived *d)
+{
+    const double most = 1e3;
+    bool found = false;
+    for (int k = 0; k < d->m; k++)
+        for (int i = 0;
+             i < d->n && r->model->closures[d->eq.closures.rows[k].closure].kind == KMP_CLOSURE_constant_velocity; i++)
+            found = found || !(fabs(d->jacobian[k * d->n + i]) < most);
+    return found;
+}
+
 /* The kinds that occurred. */
 static char met[256];
 
@@ -403,6 +416,8 @@ static void closures(int number, const random_model *r, derived *d)
 {
     state s = random_state_vectors();
     derived_eval(d, &s);
+    if (is_at_pole(r, d))
+        return;
     for (int c = 0; c < r->model->closure_count; c++) {
         const kmp_closure *closure = &r->model->closures[c];
         double sum = 0, expected = plain_square(r->model, s.q, closure);
@@ -488,6 +503,9 @@ static void closure_rates(int number, const random_model *r, derived *d)
     at_rate a = {r, d, random_state_vectors()};
     const state s = a.s;
     double column[MOST_ROWS], expected[MOST_ROWS], gamma[MOST_ROWS], zero[MOST_ROWS] = {0};
+    derived_eval(d, &s);
+    if (is_at_pole(r, d))
+        return;
     for (int k = 0; k < d->n; k++) {
         double e[MODEL_MAX_N] = {0};
         e[k] = 1;
