@@ -54,6 +54,7 @@ PARTS = (
         ("Crank-rocker", "intersection of circles, 40 digits", "crank_rocker/crank_rocker", "crank_rocker/reference", "1e-12"),
         ("Driven slider-crank", "closed form, 50 digits", "driven_slider_crank/driven_slider_crank", "driven_slider_crank/reference", "1e-12"),
         ("Half shaft of a steered wheel", "geometry and a quadrature, 30 digits", "half_shaft/half_shaft", "half_shaft/reference", "1e-12"),
+        ("Scissor lift that a winch raises", "energy and moment of momentum of the whole lift", "scissor_lift/scissor_lift", "scissor_lift/reference", "1e-12"),
         ("Quarter car", "sum of four modes, 40 digits", "quarter_car/quarter_car", "quarter_car/reference", "1e-12"),
         ("Grashof four-bar", "integral over the crank angle, 40 digits", "four_bar/four_bar", "four_bar/reference", "1e-12"),
         ("The same with spatial hinges", "integral over the crank angle, 40 digits", "four_bar/four_bar_spatial", "four_bar/reference", "1e-12"),

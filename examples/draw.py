@@ -997,11 +997,39 @@ def unbalanced_shaft():
     return p
 
 
+def scissor_lift():
+    """At 6 s, half way."""
+    length, angle = 1.6, math.acos(math.cos(math.radians(12)) - 0.225 / 1.6)
+    right, rise, sheave, drum = length * math.cos(angle), length * math.sin(angle), 0.06, 0.08
+
+    def circle(centre, radius):
+        return [at(centre, math.pi * k / 24, (radius, 0)) for k in range(49)]
+
+    p = Picture("A scissor lift of three cells, raised by a winch")
+    p.guide((0.9, -sheave), (1.75, -sheave))
+    for k in range(3):
+        p.body("", (0, k * rise), (right, (k + 1) * rise), colour=0)
+        p.body("", (right, k * rise), (0, (k + 1) * rise), colour=1)
+    p.body("platform", (-0.1, 3 * rise + 0.03), (1.7, 3 * rise + 0.03), colour=2)
+    p.curve("", (-0.5, sheave), (right, sheave))
+    p.curve("", (right, -sheave), (-0.5, -sheave))
+    p.curve("winch", *circle((-0.5, sheave - drum), drum), shift=(-10, -34))
+    p.curve("roller", *circle((right, 0), sheave), shift=(70, -24))
+    for k in range(4):
+        p.pivot((0, k * rise), None, k == 0)
+        if k:
+            p.pivot((right, k * rise))
+    for k in range(3):
+        p.pivot((right / 2, (k + 0.5) * rise))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
-            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane)
+            flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
+            scissor_lift)
 
 if __name__ == "__main__":
     for make in PICTURES:
