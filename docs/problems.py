@@ -132,6 +132,8 @@ EVENTS = (
     ("Worm with friction", "closed form, 40 digits", "element_worm"),
     ("Pair of gears with losses", "closed form, 40 digits", "element_lossy_pair"),
     ("Elastic teeth with backlash", "closed form, 40 digits", "element_elastic_backlash"),
+    ("Clutch that closes within 0.1 s", "closed form, 40 digits", "element_clutch"),
+    ("Loads of all joints of a slider-crank", "closed form, 40 digits", "element_slider_crank_loads"),
     ("Duffing's oscillator", "elliptic functions, 40 digits", "duffing"),
     ("Mass with a quadratic damper", "Lambert's function, 40 digits", "quadratic_damper"),
     ("Mass with a tabulated damper", "closed form between the knots, 30 digits", "tabulated_damper"),

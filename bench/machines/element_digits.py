@@ -177,8 +177,46 @@ def elastic_backlash():
         table.state(t, q1, -slack * mass * r2 / j2, *([force] if force else []))
 
 
+def clutch():
+    """A plate clutch closes within 0.1 s between a turning shaft and one at rest: both have one rate later, and it holds."""
+    first, second, motor, load, level, ramp = mpf("0.1"), mpf("0.3"), mpf(5), mpf(3), mpf(20), mpf("0.1")
+    carried = lambda t: level * t**2 / (2 * ramp) if t < ramp else level * (t - ramp / 2)    # integral of the torque
+    rates = lambda t: (100 + (motor * t - carried(t)) / first, (carried(t) - load * t) / second)
+    angles = lambda t: (100 * t + motor * t**2 / 2 / first - quad(carried, [0, ramp, t]) / first,
+                        (quad(carried, [0, ramp, t]) - load * t**2 / 2) / second)
+    meet = findroot(lambda t: rates(t)[0] - rates(t)[1], mpf("0.5"))
+    together = (motor - load) / (first + second)
+    table = Table(None, "q.a", "q.b", "qd.a", "qd.b")
+    table.event(0, "friction 'clutch' slips forward")
+    table.state(mpf("0.3"), *angles(mpf("0.3")), *rates(mpf("0.3")))
+    table.event(meet, "friction 'clutch' sticks", *angles(meet), *rates(meet))
+    rate, s = rates(meet)[0], 1 - meet
+    table.state(1, *(angle + rate * s + together * s * s / 2 for angle in angles(meet)), *[rate + together * s] * 2)
+
+
+def slider_crank_loads():
+    """Loads of all joints of a slider-crank at constant speed under gravity and a gas force, by Newton's laws of each body."""
+    r, l, rate = mpf("0.05"), mpf("0.15"), 10 * pi
+    crank, rod, piston, spin = mpf(2), mpf("0.5"), mpf("0.4"), mpf("0.001")
+    table = Table(None, *(f"reaction.{joint}.{axis}" for joint in ("crank", "rod") for axis in "xy"), "reaction.piston.y", "lambda.motor.1")
+    for t in (mpf("0.01"), mpf("0.07"), mpf("0.13")):
+        a, s = rate * t, -r * sin(rate * t) / l               # s, c: sine and cosine of the rod's angle
+        c = sqrt(1 - s * s)
+        turn = -r * rate * cos(a) / (l * c)                   # rate of the rod, then its acceleration
+        turned = (r * rate**2 * sin(a) / l + turn**2 * s) / c
+        pin = -r * rate**2 * cos(a), -r * rate**2 * sin(a)
+        along = lambda x: (pin[0] - x * (turned * s + turn**2 * c), pin[1] + x * (turned * c - turn**2 * s))
+        push = piston * along(l)[0] + 500 * max(mpf(0), cos(a))                  # of the rod on the piston
+        middle = along(l / 2)
+        fx = rod * middle[0] + push                           # of the crank on the rod
+        # moments about the wrist: fy has the arm -l c, fx the arm l s
+        fy = (rod * (middle[1] + GRAVITY) * l / 2 * c - rod * middle[0] * l / 2 * s - spin * turned + fx * l * s) / (l * c)
+        guide = fy - rod * (middle[1] + GRAVITY)              # of the piston on the rod, downwards
+        table.state(t, fx, fy + crank * GRAVITY, fx, fy, piston * GRAVITY - guide, r * (cos(a) * fy - sin(a) * fx))
+
+
 TABLES = (unwound_string, bungee, capstan, tackle, timing_belt, winch, pendulum_on_a_peg, bevel_differential, worm, lossy_pair,
-          elastic_backlash)
+          elastic_backlash, clutch, slider_crank_loads)
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
