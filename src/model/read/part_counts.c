@@ -113,7 +113,7 @@ static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, do
     KMP_ARENA_MAKE(&r->scratch, KMP_ROOM(const char *, n.room, &n.names), KMP_ROOM(const kmp_yaml *, n.room, &n.nodes),
                    KMP_ROOM(const kmp_expr *, n.room, &n.exprs), KMP_ROOM(double, n.room, &n.values),
                    KMP_ROOM(bool, n.room, &n.known));
-    if (r->scratch.failed || !note_decisive(r, node))
+    if (r->scratch.failed)
         return false;
     (void)add(&n, "", node);
     for (int k = 0; k < n.count; k++)
@@ -123,7 +123,8 @@ static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, do
         return kmp_reader_complain(r, node->place, "%s: the parameters in '%s' depend on each other in a cycle", what,
                                    node->text);
     *value = n.values[0];
-    return isfinite(*value) || kmp_reader_complain(r, node->place, "%s: '%s' is not finite", what, node->text);
+    return isfinite(*value) ? note_decisive(r, node)
+                            : kmp_reader_complain(r, node->place, "%s: '%s' is not finite", what, node->text);
 }
 
 int kmp_read_repeat(kmp_reader *r, const kmp_yaml *node)

@@ -19,7 +19,12 @@ typedef enum port_kind {
 } port_kind;
 
 static const char *const kinds[] = {
-#define KMP_PORT_KIND(word, ...) #word,
+#define KMP_PORT_KIND(word, meaning) #word,
+#include "model/read/port_kinds.def"
+#undef KMP_PORT_KIND
+},
+                  *const meanings[] = {
+#define KMP_PORT_KIND(word, meaning) meaning,
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
 };
@@ -146,7 +151,7 @@ static bool take_bound(kmp_reader *r, const kmp_yaml *node, kmp_include_instance
         const kmp_yaml *to = kmp_yaml_get(given, name);
         if (!to)
             good = kmp_reader_complain(r, (given ? given : node)->place, "%s is not given: it is %s", what,
-                                       x->ports->items[k]->text);
+                                       meanings[kmp_name_find(KMP_NAMES_OF(kinds), x->ports->items[k]->text)]);
         x->bound[k] = to ? one_of(r, what, to, copy, copies) : NULL;
         good = x->bound[k] && good;
     }
@@ -161,10 +166,8 @@ bool kmp_bind_ports(kmp_reader *r, const kmp_yaml *node, kmp_include_instance *x
     if (!check_declared(r, ports))
         return false;
     x->ports = ports;
-    if (!take_bound(r, node, x, copy, copies) || !check_names(r, x)) {
-        x->ports = NULL; /* nothing of the file is read */
+    if (!take_bound(r, node, x, copy, copies) || !check_names(r, x))
         return false;
-    }
     x->root = kmp_yaml_replace(&r->scratch, x->source, x->file, bound_to, &(binding){r, x});
     return x->root; /* NULL: no memory */
 }

@@ -165,6 +165,23 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
+static bool is_of_port(const complaint *c)
+{
+    return strncmp(c->text, "port '", strlen("port '")) == 0;
+}
+
+/* An error that follows from a port that is bound to what is not of its kind, which is reported at the same place, or
+ * where the including file binds it. */
+static bool follows_from_port(const complaint *list, int count, int i)
+{
+    const bool inside = strstr(list[i].text, "'port.") && !strstr(list[i].text, "declares no port");
+    for (int k = 0; !is_of_port(&list[i]) && k < count; k++)
+        if (is_of_port(&list[k]) && (inside || (list[k].file == list[i].file && list[k].line == list[i].line &&
+                                                list[k].column == list[i].column)))
+            return true;
+    return false;
+}
+
 /* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
@@ -200,7 +217,7 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
         /* In a model built in code a file is one call, without lines; its name is printed once. */
         const complaint *c = &list[i];
         const char *file = c->file >= 0 ? r->model->source.files[c->file] : NULL;
-        if (is_repeated(list, i))
+        if (is_repeated(list, i) || follows_from_port(list, count, i))
             continue;
         status = !file || (c->line == 0 && strstr(c->text, file))
                      ? kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text)
@@ -629,8 +646,10 @@ static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const 
         return;
     r->instances = list;
     list[r->instance_count++] = x;
-    if (!kmp_bind_ports(r, node, &list[r->instance_count - 1], copy, copies))
+    if (!kmp_bind_ports(r, node, &list[r->instance_count - 1], copy, copies)) {
+        r->instance_count--; /* nothing of the file is read */
         return;
+    }
     x = list[r->instance_count - 1];
     const kmp_yaml *set = kmp_yaml_get(node, "set"), *rest = NULL;
     set = set && kmp_read_map(r, set, "include set", NULL) ? set : NULL;
