@@ -23,7 +23,7 @@ static kempe_status refuse(kempe_context *context, const char *path)
     kmp_text_printf(&sentence, "cannot read '%s': the library has no element of this name", path);
     kmp_nearest_suggest(&nearest, &sentence);
     if (!nearest.best)
-        kmp_text_put(&sentence, "; 'kempe new --elements' lists them");
+        kmp_text_put(&sentence, "; their names are kempe:NAME.yaml");
     return kmp_fail_text(context, KEMPE_E_IO, &sentence);
 }
 
