@@ -256,7 +256,21 @@ def start():
     return keyed("start", goals=goals)
 
 
+WHEN = {"when": described(NUMBER, "the entry is absent where this is 0: a parameter, or an expression of parameters")}
+OPTIONAL = ("body", "edge", "loop", "gear", "rope", "drive", "force", "contact", "bearing", "wheel")  # entries that may have it
+
+
 def definitions():
+    """All of them, with `when` in entries of sections."""
+    return {name: dict(each, properties={**each["properties"], **WHEN}) if name in OPTIONAL else each for name, each in plain_definitions().items()}
+
+
+def optional_expression():
+    """An expression, or one that may be absent."""
+    return {"anyOf": [NUMBER, closed({"value": NUMBER, **WHEN}, ["value", "when"])]}
+
+
+def plain_definitions():
     return {
         "number": {"description": "a number, or an expression of numbers with units and parameters",
                    "type": ["number", "string"]},
@@ -292,13 +306,14 @@ def definitions():
         "bearing": keyed("bearing"),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
-        "table": keyed("table", method={"enum": ["spline", "linear"]}),
+        "table": keyed("table", method={"enum": ["spline", "linear", "monotone"]}),
         "profile": keyed("profile"),
         "piece": piece(),
         "irregularities": irregularities(),
         "track": track(),
         "wheel": wheel(),
-        "algebraic": {"anyOf": [NUMBER, keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
+        "sensor": optional_expression(),
+        "algebraic": {"anyOf": [*optional_expression()["anyOf"], keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
         "include": keyed("include"),
         "start": start(),
         "run": run(),
@@ -308,7 +323,7 @@ def definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
-               "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "number"}
+               "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "sensor"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}
@@ -317,7 +332,7 @@ def sections():
 def schema():
     model = keyed("model", **sections())
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",
-            **closed(model["properties"], ["kempe"]), "anyOf": [{"required": ["bodies"]}, {"required": ["include"]}],
+            **closed(model["properties"], ["kempe"]), "anyOf": [{"required": [section]} for section in ("bodies", "include", "ports")],
             "definitions": definitions()}
 
 

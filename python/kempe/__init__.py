@@ -26,7 +26,7 @@ from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
 from .document import Document
-from .elements import element_text, elements
+from .machine_elements import element_text, elements
 from .ensemble import EnsembleResult, Ensemble, Folder, Function, Statistics, Values
 from .ensemble_stepper import EnsembleStepper
 from .equilibrium import Equilibrium

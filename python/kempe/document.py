@@ -11,7 +11,7 @@ from typing import Any
 
 from ._native import lib
 from .context import Context
-from .elements import element_text
+from .machine_elements import element_text
 from .errors import ArgumentError, InputError
 from .options import utf8
 

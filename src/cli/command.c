@@ -2,7 +2,7 @@
 /* Functions that all commands share. Each command makes one result object and reports it: text on stdout, errors on
  * stderr, JSON at the path of --json. */
 #include "command.h"
-#include "elements.h"
+#include "element_list.h"
 #include "terminal.h"
 
 #include <kempe/cache.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The commands, in the order of the help, and the studies of the core. Commands of a wing of the library (KEMPE_RAIL
  * and others) are in a separate file; in a build without the wing the command says that it is missing. */
-#include "elements.h"
+#include "element_list.h"
 #include "study.h"
 
 #include <kempe/check.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes a first model: a four-bar linkage with comments. README.md shows the same text (tests/docs.py). */
 #include "command.h"
-#include "elements.h"
+#include "element_list.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -30,17 +30,14 @@ static const char gas[] =
                                             "0]}}\nbodies:\n" SLIDES(
                                                 "a", "1") "drives: {hold: {joint: a, displacement: 0.35}}\n";
 
-static const char
-    air[] =
-        "gravity: [-9.81, 0, 0]\n" INCLUDE(
-            "air_spring", "s_",
-            "ports: {P: ground.P, Q: a.Q}, set: {height: 0.5 m}") "ground: {points: {P: [-0.5, 0, "
-                                                                  "0]}}\nbodies:\n" SLIDES("a",
-                                                                                           "\"6e5*0.02/9.81\"") "start:"
-                                                                                                                " {q: "
-                                                                                                                "{a: "
-                                                                                                                "-0.03}"
-                                                                                                                "}\n";
+static const char air[] = "gravity: [-9.81, 0, 0]\n" INCLUDE(
+    "air_spring", "s_",
+    "ports: {P: ground.P, Q: a.Q}, set: {height: 0.5 m}") "ground: {points: {P: [-0.5, 0, "
+                                                          "0]}}\nbodies:\n" SLIDES("a", "\"6e5*0.02/9.81\"") "start:"
+                                                                                                             " {q: "
+                                                                                                             "{a: "
+                                                                                                             "-0.03}"
+                                                                                                             "}\n";
 
 static const char cylinder[] =
     INCLUDE("blocked_cylinder", "c_", "ports: {J: a}") "bodies:\n" SLIDES("a", "200") "start: {qd: {a: 0.9}}\n";
@@ -52,13 +49,12 @@ static const char damper[] =
                       "sensors: {amplitude: \"5000*sqrt(q(hub)^2 + (qd(hub)/95.3462589245592)^2)\"}\n";
 
 #define BAND(torque)                                                                                                   \
-    "inputs: {pull: {default: 10 N, unit: N}}\n" INCLUDE("band_brake", "b_",                                           \
-                                                         "ports: {J: a, pull: pull}, set: {mu: 0.2, wrap: 180 deg, "   \
-                                                         "radius: 100 mm}") "bodies:\n" TURNS("a",                     \
-                                                                                              "0.1") "forces: {m: "    \
-                                                                                                     "{joint: a, "     \
-                                                                                                     "torque: " torque \
-                                                                                                     "}}\n"
+    "inputs: {pull: {default: 10 N, unit: N}}\n" INCLUDE(                                                              \
+        "band_brake", "b_",                                                                                            \
+        "ports: {J: a, pull: pull}, set: {mu: 0.2, wrap: 180 deg, "                                                    \
+        "radius: 100 mm}") "bodies:\n" TURNS("a", "0.1") "forces: {m: "                                                \
+                                                         "{joint: a, "                                                 \
+                                                         "torque: " torque "}}\n"
 
 #define FREEWHEEL(on_a, on_b)                                                                                          \
     INCLUDE("freewheel", "f_", "ports: {A: a, B: b}, set: {drag: 0.25}")                                               \
@@ -161,10 +157,10 @@ static const machine machines[] = {
     {INCLUDE("bump_stop", "s_", "ports: {P: ground.P, Q: a.Q}") "ground: {points: {P: [-0.2, 0, 0]}}\nbodies:\n" SLIDES(
          "a", "10") "start: {qd: {a: -1}}\nrun: {until: \"qd(a) > 0\"}\n",
      1, "s_depth", 0.012871885058111654, 1e-9},
-    {INCLUDE("rubber_bouc_wen", "r_", "ports: {P: ground.P, Q: a.Q}") "ground: {points: {P: [-0.1, 0, "
-                                                                      "0]}}\nbodies:\n" SLIDES(
-                                                                          "a", "1") "drives: {m: {joint: a, "
-                                                                                    "displacement: 0.01*t}}\n",
+    {INCLUDE("rubber_bouc_wen", "r_",
+             "ports: {P: ground.P, Q: a.Q}") "ground: {points: {P: [-0.1, 0, "
+                                             "0]}}\nbodies:\n" SLIDES("a", "1") "drives: {m: {joint: a, "
+                                                                                "displacement: 0.01*t}}\n",
      0.1, "r_hysteresis", 80 * (1 - 0.36787944117144233), 1e-6},
     {"tables: {c: {x: [-1, 0, 1], y: [-300, 0, 100], method: linear}}\n" INCLUDE(
          "table_damper", "d_", "ports: {P: ground.P, Q: a.Q, curve: c}") "ground: {points: {P: [-0.5, 0, "

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Ports of included files: the models are those that are written out, name for name. Which parts there are, by `when`
- * and `repeat`, and what follows for their parameters. */
+/* Ports of included files: the models are those that are written out, name for name. `when` and `repeat` decide which
+ * parts there are, and no study may vary their parameters. */
 #include "model/data/model.h"
 #include "ways.h"
 #include <kempe/ensemble.h>

@@ -18,7 +18,7 @@ static kempe_status refuse(kempe_context *context, const char *path)
 {
     kmp_nearest nearest = kmp_nearest_begin(path);
     kmp_text sentence = {0};
-    for (const kmp_element *e = kmp_elements; e->name; e++)
+    for (const kmp_machine_element *e = kmp_elements; e->name; e++)
         kmp_nearest_offer(&nearest, e->name);
     kmp_text_printf(&sentence, "cannot read '%s': the library has no element of this name", path);
     kmp_nearest_suggest(&nearest, &sentence);
@@ -29,7 +29,7 @@ static kempe_status refuse(kempe_context *context, const char *path)
 
 kempe_status kmp_element_read(kempe_context *context, const char *path, char **text, size_t *length)
 {
-    const kmp_element *element = kmp_elements;
+    const kmp_machine_element *element = kmp_elements;
     kmp_text all = {0};
     while (element->name && strcmp(element->name, path) != 0)
         element++;

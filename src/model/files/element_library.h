@@ -6,13 +6,13 @@
 #include "base/context.h"
 #include <stdbool.h>
 
-typedef struct kmp_element {
+typedef struct kmp_machine_element {
     const char *name;         /* "kempe:gas_spring.yaml" */
     const char *const *lines; /* of its text; NULL ends them */
-} kmp_element;
+} kmp_machine_element;
 
 /** In the order of their names; a row without a name ends them. Written by CMake. */
-extern const kmp_element kmp_elements[];
+extern const kmp_machine_element kmp_elements[];
 
 /** True for the name of a file of the library, `kempe:NAME.yaml`, whether or not there is one. */
 bool kmp_is_element(const char *path);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which parts a model has. The expressions are valued from the parameters as the merged files have them: each parameter
- * that is referred to is taken up behind those that refer to it, until no new one comes. */
+/* Decides which parts a model has. The expressions are valued from the parameters as the merged files have them: each
+ * parameter follows the ones that refer to it in a list, until no new one comes. */
 #include "model/read/part_counts.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
@@ -172,8 +172,7 @@ const kmp_yaml *kmp_present_entries(kmp_reader *r, const char *section, const km
     for (int k = 0; present && k < map->count; k++) {
         const kmp_yaml *when = kmp_yaml_get(map->items[k], "when");
         if (kmp_is_present(r, when))
-            kmp_yaml_append(&r->scratch, present, map->keys[k],
-                            when ? without_when(r, map->items[k]) : map->items[k]);
+            kmp_yaml_append(&r->scratch, present, map->keys[k], when ? without_when(r, map->items[k]) : map->items[k]);
     }
     return present ? present : map;
 }

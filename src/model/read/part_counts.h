@@ -11,7 +11,7 @@ int kmp_read_repeat(kmp_reader *r, const kmp_yaml *node);
 /** False where `when` of an include or an entry is 0, or after an error. */
 bool kmp_is_present(kmp_reader *r, const kmp_yaml *when);
 
-/** The entries of a section without those whose `when` is 0, and the others without that key. */
+/** The entries of a section whose `when` is not 0, without that key. */
 const kmp_yaml *kmp_present_entries(kmp_reader *r, const char *section, const kmp_yaml *map);
 
 /** Fixes the parameters of these numbers, once parameters are read: no study may vary them. */

@@ -11,7 +11,7 @@
 #include "model/files/nodes.h"
 #include "model/language/limits.h"
 #include "model/read/part_counts.h"
-#include "model/read/ports.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_tables.h"
 #include "model/read/reader.h"
 #include "model/read/reading.h"

@@ -7,7 +7,7 @@
 #include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
-#include "model/read/ports.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_states.h"

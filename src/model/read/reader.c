@@ -15,7 +15,7 @@
 #include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
 #include "model/read/part_counts.h"
-#include "model/read/ports.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bearings.h"
 #include "model/read/read_bodies.h"

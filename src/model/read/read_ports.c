@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ports. A scalar `port.NAME` becomes the node that the port is bound to, so that it is looked up, and reported, where
  * the including file has it. Within expressions the names are looked up by kmp_port_bound. */
-#include "model/read/ports.h"
+#include "model/read/read_ports.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/read_include.h"
@@ -18,12 +18,13 @@ typedef enum port_kind {
     PORT_KINDS
 } port_kind;
 
-static const char *const kinds[] = {
+static const char *const kinds[] =
+    {
 #define KMP_PORT_KIND(word, meaning) #word,
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
 },
-                  *const meanings[] = {
+                         *const meanings[] = {
 #define KMP_PORT_KIND(word, meaning) meaning,
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
@@ -72,7 +73,7 @@ typedef struct binding {
     const kmp_include_instance *instance;
 } binding;
 
-/* The node in place of one of the file: of a scalar that is `port.NAME` alone. */
+/* The node in place of one of the file: of a scalar that is `port.NAME` and nothing more. */
 static const kmp_yaml *bound_to(void *user, const kmp_yaml *node)
 {
     const binding *b = user;
@@ -121,7 +122,7 @@ static bool check_declared(kmp_reader *r, const kmp_yaml *ports)
     return good;
 }
 
-/* What a port is bound to: a name, of copies one for all or one each. */
+/* Finds the name that a port is bound to: of copies one for all, or one each. */
 static const kmp_yaml *one_of(kmp_reader *r, const char *what, const kmp_yaml *node, int copy, int copies)
 {
     if (node->kind == KMP_YAML_LIST && copies > 0) {
@@ -147,7 +148,8 @@ static bool take_bound(kmp_reader *r, const kmp_yaml *node, kmp_include_instance
             good = false;
         }
     for (int k = 0; k < x->ports->count; k++) {
-        const char *name = x->ports->keys[k]->text, *what = kmp_reader_say(r, "port '%s' of '%s'", name, label_of(r, x));
+        const char *name = x->ports->keys[k]->text,
+                   *what = kmp_reader_say(r, "port '%s' of '%s'", name, label_of(r, x));
         const kmp_yaml *to = kmp_yaml_get(given, name);
         if (!to)
             good = kmp_reader_complain(r, (given ? given : node)->place, "%s is not given: it is %s", what,
@@ -208,9 +210,10 @@ static void check_port(kmp_reader *r, port_kind kind, const kmp_yaml *to, const 
     case PORT_KINDS:
     default:
         if (!is_variable(r, to))
-            kmp_reader_complain(r, to->place,
-                                "%s: '%s' is no input, state, named expression or parameter: give a name of one", what,
-                                to->text);
+            kmp_reader_complain(
+                r, to->place,
+                "%s: '%s' is not an input, a state, a named expression or a parameter: give a name of one", what,
+                to->text);
     }
 }
 

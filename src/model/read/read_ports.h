@@ -9,8 +9,8 @@
  * of `copies` takes its item of a list. False after an error. */
 bool kmp_bind_ports(kmp_reader *r, const kmp_yaml *node, kmp_include_instance *instance, int copy, int copies);
 
-/** What `port.NAME` at the begin of a name in a file is bound to; NULL: the name is none of a port. `*rest`: what
- * follows, such as ".2" of a coordinate. */
+/** Gives the node that `port.NAME`, with which a name in a file begins, is bound to; NULL: the name has no port.
+ * `*rest`: what follows, such as ".2" of a coordinate. */
 const kmp_yaml *kmp_port_bound(const kmp_reader *r, int file, const char *name, const char **rest);
 
 /** Reports ports that are bound to what is not of their kind. After all parts of the model are read. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The library of machine elements: a list, and the text of each. Its lines `name:` and `ports:` are each one line. */
-#include "elements.h"
+#include "element_list.h"
 
 #include <stdlib.h>
 #include <string.h>
