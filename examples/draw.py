@@ -1000,15 +1000,16 @@ def unbalanced_shaft():
 def clutch_start():
     """From the side: engine, clutch, chain, drum with its brake."""
     p = Picture("A drive line from the side: engine, plate clutch, chain and drum")
-    low, high, r_a, r_b = 0, 0.4, 0.0346, 0.0769
-    p.body("engine", (-0.26, low), (-0.1, low), colour=0, shift=(0, 24))
+    low, high, r_a, r_b = 0, 0.3, 0.0346, 0.0769
+    p.body("engine", (-0.26, low), (-0.1, low), colour=0, shift=(0, 30))
     p.body("clutch", (-0.1, low - 0.13), (-0.1, low + 0.13), colour=0, shift=(-34, -34))
-    p.body("disc", (-0.06, low - 0.1), (-0.06, low + 0.1), colour=1, shift=(30, 8))
-    p.body("shaft", (-0.06, low), (0.16, low), colour=1, shift=(0, 24))
-    p.body("chain", (0.16, low - r_a), (0.16, high + r_b), colour=3, shift=(34, 0))
+    p.body("disc", (-0.06, low - 0.1), (-0.06, low + 0.1), colour=1, shift=(90, -70))
+    p.body("shaft", (-0.06, low), (0.16, low), colour=1, shift=(-60, 34))
+    p.body("chain", (0.16, low - r_a), (0.16, high + r_b), colour=3, shift=(-34, 10))
     p.body("drum", (-0.15, high - 0.12), (0.15, high - 0.12), (0.15, high + 0.12), (-0.15, high + 0.12), colour=2)
+    p.body("", (-0.2, high), (-0.15, high), colour=2)
     p.body("brake", (-0.1, high + 0.135), (0.1, high + 0.135), colour=4, shift=(0, -14))
-    for place in ((-0.26, low), (0.06, low), (-0.18, high)):
+    for place in ((-0.26, low), (0.06, low), (-0.2, high)):
         p.pivot(place, None, True)
     return p
 

@@ -2,6 +2,7 @@
 /* Ports. A scalar `port.NAME` becomes the node that the port is bound to, so that it is looked up, and reported, where
  * the including file has it. Within expressions the names are looked up by kmp_port_bound. */
 #include "model/read/read_ports.h"
+#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/read_include.h"
@@ -198,7 +199,8 @@ static void check_port(kmp_reader *r, port_kind kind, const kmp_yaml *to, const 
         (void)kmp_read_body(r, to, what);
         break;
     case PORT_coordinate:
-        (void)kmp_read_motion(r, to, what);
+        if (kmp_cut_coordinate_find(r->model, kmp_reader_name(r, to->place.file, to->text)) < 0)
+            (void)kmp_read_motion(r, to, what);
         break;
     case PORT_table:
         (void)kmp_read_reference(r, to, what, "table", KMP_NAMED(r->model, table));
