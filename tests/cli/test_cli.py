@@ -1538,6 +1538,8 @@ class New(Case):
         self.assertIn("has no equations of its own", self.expect(3, "show", "kempe:gas_spring.yaml", "--equations").stderr)
         self.assertIn("include it there, with 'ports: {P: .., Q: ..}'", self.expect(2, "check", "kempe:gas_spring.yaml").stderr)
         self.assertIn("give one of them", self.expect(3, "new", "name", "--elements").stderr)
+        start = str(ROOT / "examples/clutch_start/clutch_start.yaml")
+        self.assertIn("is in Kempe's language already", self.expect(3, "show", start, "--as", "yaml").stderr)
         self.assertEqual(list(self.folder.iterdir()), [])
 
     def test_names(self):

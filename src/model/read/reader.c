@@ -205,10 +205,11 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
 
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
+    const kmp_yaml *document = r->root; /* before other files and parts of it are joined */
     kempe_status status = read_document(r, loaded);
-    if (status == KEMPE_OK && r->root && r->root->nodes == 0) { /* a document that no file in YAML has */
+    if (status == KEMPE_OK && document && document->nodes == 0) { /* that no file in YAML has */
         kmp_text text = {0};
-        kmp_yaml_print(&text, r->root);
+        kmp_yaml_print(&text, document);
         r->model->source.document = kmp_text_keep(&text, &r->model->arena);
         status = kmp_made(r->context, r->model->source.document);
     }
