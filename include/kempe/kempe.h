@@ -181,8 +181,8 @@ KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path
 KEMPE_API kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label,
                                              kempe_model **model);
 
-/** The library of machine elements, models with ports that others include (docs/elements.md): their number, and the name
- * of the k-th, such as "kempe:gas_spring.yaml". */
+/** The library of machine elements, models with ports that others include (docs/elements.md): their number, and the
+ * name of the k-th, such as "kempe:gas_spring.yaml". */
 KEMPE_API int kempe_element_count(void);
 KEMPE_API const char *kempe_element_name(int k);
 
