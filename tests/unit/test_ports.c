@@ -87,6 +87,36 @@ static void parts_are_present_by_a_parameter(void)
     }
 }
 
+/* Entries of every section that may have `when`, of the model itself, and an include: with 0 all of them are absent. */
+static void entries_of_all_sections_may_be_absent(void)
+{
+    static const char text[] =
+        "kempe: 1\nparameters: {w: %d}\ninclude: [{file: kempe:gas_spring.yaml, prefix: g_, when: w, ports: {P: "
+        "ground.O, Q: a.P}}]\nground: {points: {O: [0, -1, 0], Q: [1, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {revolute: z, at: ground}, inertia: {zz: 1}, points: {P: [1, 0, 0]}}\n"
+        "  c: {joint: {revolute: z, at: ground.Q}, inertia: {zz: 1}}\n"
+        "  b: {joint: {revolute: z, at: a.P}, inertia: {zz: 1}, points: {P: [1, 0, 0]}, when: w}\n"
+        "loops: {l: {coupler: {a: 1, c: 1}, when: w}}\n"
+        "gears: {g: {between: [a, c], radius: [0.5, 0.5], stiffness: 1e6, backlash: 1 mm, when: w}}\n"
+        "ropes: {r: {along: [ground.O, a.P], stiffness: 100, when: w}}\n"
+        "drives: {d: {joint: b, locked: yes, when: w}}\nforces: {f: {joint: a, torque: 1, when: w}}\n"
+        "contacts: {k: {joint: a, lower: -1, restitution: 0, when: w}}\n"
+        "bearings: {p: {joint: a, at: [0, 1], when: w}}\n"
+        "algebraic: {u: {value: 2*q(a), when: w}}\nsensors: {s: {value: 2*q(a), when: w}}\n";
+    for (int present = 0; present < 2; present++) {
+        char made[2048];
+        (void)snprintf(made, sizeof made, text, present);
+        loaded l = load_text(made);
+        const kempe_model *m = l.model;
+        if (m) {
+            CHECK(m->body_count == (present ? 4 : 3) && m->rope_count == present && m->bearing_count == present);
+            CHECK((m->closure_count > 0) == present && (m->force_count > 0) == present);
+            CHECK(m->unknowns_count == (present ? 2 : 0) && m->sensor_count == (present ? 3 : 0));
+        }
+        unload(&l);
+    }
+}
+
 /* Copies have their own names, numbers and bindings. */
 static void copies_are_around_a_wheel(void)
 {
@@ -151,6 +181,7 @@ int main(void)
 {
     TEST(a_part_moves_as_its_text);
     TEST(parts_are_present_by_a_parameter);
+    TEST(entries_of_all_sections_may_be_absent);
     TEST(copies_are_around_a_wheel);
     TEST(deciding_parameters_are_fixed);
     TEST(port_may_be_a_body);
