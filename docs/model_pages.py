@@ -72,7 +72,7 @@ def table(head, lines):
     return "\n".join([f"| {' | '.join(head)} |", "|" + "---|" * len(head), *(f"| {' | '.join(line)} |" for line in lines)]) + "\n"
 
 
-SHOWN = {"frame": "word", "stiffening": "word", "coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "set", "joints", "points", "joint", "inertia", "flexible", "beam", "beam shapes", "section", "taper", "section numbers", "damping", "interfaces", "scale of a file"), "mapping"), "nodes of a file": "mapping or word", "stations of a taper": "list of numbers", "sections of a taper": "list of mappings", "shape or list": "mapping or list"}
+SHOWN = {"frame": "word", "stiffening": "word", "coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "set", "ports declared", "ports bound", "joints", "points", "joint", "inertia", "flexible", "beam", "beam shapes", "section", "taper", "section numbers", "damping", "interfaces", "scale of a file"), "mapping"), "nodes of a file": "mapping or word", "stations of a taper": "list of numbers", "sections of a taper": "list of mappings", "shape or list": "mapping or list"}
 
 
 def value(word, unit):

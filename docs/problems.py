@@ -53,6 +53,7 @@ PARTS = (
         ("Jansen's leg", "intersection of circles, published positions", "jansen_leg/jansen_leg", "jansen_leg/reference", "1e-12"),
         ("Crank-rocker", "intersection of circles, 40 digits", "crank_rocker/crank_rocker", "crank_rocker/reference", "1e-12"),
         ("Driven slider-crank", "closed form, 50 digits", "driven_slider_crank/driven_slider_crank", "driven_slider_crank/reference", "1e-12"),
+        ("Clutch start of a drive line", "polynomials between events, 30 digits", "clutch_start/clutch_start", "clutch_start/reference", "1e-12"),
         ("Half shaft of a steered wheel", "geometry and a quadrature, 30 digits", "half_shaft/half_shaft", "half_shaft/reference", "1e-12"),
         ("Scissor lift that a winch raises", "energy and moment of momentum of the whole lift", "scissor_lift/scissor_lift", "scissor_lift/reference", "1e-12"),
         ("Quarter car", "sum of four modes, 40 digits", "quarter_car/quarter_car", "quarter_car/reference", "1e-12"),

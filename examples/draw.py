@@ -1024,12 +1024,29 @@ def scissor_lift():
     return p
 
 
+def clutch_start():
+    """From the side: engine, clutch, chain, drum with its brake."""
+    p = Picture("A drive line from the side: engine, plate clutch, chain and drum")
+    low, high, r_a, r_b = 0, 0.3, 0.0346, 0.0769
+    p.body("engine", (-0.26, low), (-0.1, low), colour=0, shift=(0, 30))
+    p.body("clutch", (-0.1, low - 0.13), (-0.1, low + 0.13), colour=0, shift=(-34, -34))
+    p.body("disc", (-0.06, low - 0.1), (-0.06, low + 0.1), colour=1, shift=(90, -70))
+    p.body("shaft", (-0.06, low), (0.16, low), colour=1, shift=(-60, 34))
+    p.body("chain", (0.16, low - r_a), (0.16, high + r_b), colour=3, shift=(-34, 10))
+    p.body("drum", (-0.15, high - 0.12), (0.15, high - 0.12), (0.15, high + 0.12), (-0.15, high + 0.12), colour=2)
+    p.body("", (-0.2, high), (-0.15, high), colour=2)
+    p.body("brake", (-0.1, high + 0.135), (0.1, high + 0.135), colour=4, shift=(0, -14))
+    for place in ((-0.26, low), (0.06, low), (-0.2, high)):
+        p.pivot(place, None, True)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
             flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
-            scissor_lift)
+            scissor_lift, clutch_start)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -22,6 +22,7 @@ if(KEMPE_COMMAND)
     install(FILES packaging/_kempe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
     install(FILES packaging/kempe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
     install(FILES schema/kempe.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/kempe)
+    install(DIRECTORY elements DESTINATION ${CMAKE_INSTALL_DATADIR}/kempe FILES_MATCHING PATTERN "*.yaml") # to be read and copied
 
     # Pages and examples keep their places relative to each other; the site joins them where it was built (target site).
     install(FILES README.md LICENSE DESTINATION ${KEMPE_DOCDIR})

@@ -105,7 +105,7 @@ VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
     "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "two points or more": dict(WORDS, minItems=2), "names": WORDS,
-    "parameters": named(NUMBER), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
+    "parameters": named(NUMBER), "ports declared": named({"enum": [name for name, *_ in rows("port_kinds.def", "KMP_PORT_KIND")]}), "ports bound": named({"anyOf": [WORD, WORDS]}), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
     "numbers": NUMBERS, "6 x 6 numbers": {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6}, "minItems": 6, "maxItems": 6}, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
@@ -256,7 +256,21 @@ def start():
     return keyed("start", goals=goals)
 
 
+WHEN = {"when": described(NUMBER, "the entry is absent where this is 0: a parameter, or an expression of parameters")}
+OPTIONAL = ("body", "edge", "loop", "gear", "rope", "drive", "force", "contact", "bearing", "wheel")  # entries that may have it
+
+
 def definitions():
+    """All of them, with `when` in entries of sections."""
+    return {name: dict(each, properties={**each["properties"], **WHEN}) if name in OPTIONAL else each for name, each in plain_definitions().items()}
+
+
+def optional_expression():
+    """An expression, or one that may be absent."""
+    return {"anyOf": [NUMBER, closed({"value": NUMBER, **WHEN}, ["value", "when"])]}
+
+
+def plain_definitions():
     return {
         "number": {"description": "a number, or an expression of numbers with units and parameters",
                    "type": ["number", "string"]},
@@ -292,13 +306,14 @@ def definitions():
         "bearing": keyed("bearing"),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
-        "table": keyed("table", method={"enum": ["spline", "linear"]}),
+        "table": keyed("table", method={"enum": ["spline", "linear", "monotone"]}),
         "profile": keyed("profile"),
         "piece": piece(),
         "irregularities": irregularities(),
         "track": track(),
         "wheel": wheel(),
-        "algebraic": {"anyOf": [NUMBER, keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
+        "sensor": optional_expression(),
+        "algebraic": {"anyOf": [*optional_expression()["anyOf"], keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
         "include": keyed("include"),
         "start": start(),
         "run": run(),
@@ -308,7 +323,7 @@ def definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
-               "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "number"}
+               "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "sensor"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}
@@ -317,7 +332,7 @@ def sections():
 def schema():
     model = keyed("model", **sections())
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",
-            **closed(model["properties"], ["kempe"]), "anyOf": [{"required": ["bodies"]}, {"required": ["include"]}],
+            **closed(model["properties"], ["kempe"]), "anyOf": [{"required": [section]} for section in ("bodies", "include", "ports")],
             "definitions": definitions()}
 
 

@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT / "schema"))
 sys.path.insert(0, str(ROOT / "docs"))
 import api  # noqa: E402
 import figures  # noqa: E402
+import elements_page  # noqa: E402
 import gallery  # noqa: E402
 import generate_schema  # noqa: E402
 import model_pages  # noqa: E402
@@ -332,7 +333,7 @@ class Pages(unittest.TestCase):
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_pages, python_pages)], [0] * 5)
+        self.assertEqual([script.main(["--check"]) for script in (api, elements_page, gallery, figures, model_pages, python_pages)], [0] * 6)
 
     def test_published_problems(self):
         """The errors on the page are those of runs now, but for rounding."""

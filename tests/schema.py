@@ -82,7 +82,7 @@ class Schema(unittest.TestCase):
             import yaml
         except ImportError:
             self.skipTest("no YAML module")
-        models = [*ROOT.glob("examples/*/*.yaml"), *ROOT.glob("tests/models/*.yaml")]
+        models = [*ROOT.glob("elements/*.yaml"), *ROOT.glob("examples/*/*.yaml"), *ROOT.glob("tests/models/*.yaml")]
         self.assertGreater(len(models), 5)
         for path in models:
             model = yaml.load(path.read_text(), getattr(yaml, "CBaseLoader", yaml.BaseLoader))

@@ -181,6 +181,14 @@ KEMPE_API kempe_status kempe_model_read(kempe_context *context, const char *path
 KEMPE_API kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label,
                                              kempe_model **model);
 
+/** The library of machine elements, models with ports that others include (docs/elements.md): their number, and the
+ * name of the k-th, such as "kempe:gas_spring.yaml". */
+KEMPE_API int kempe_element_count(void);
+KEMPE_API const char *kempe_element_name(int k);
+
+/** The text of an element of this name (free with kempe_text_free). KEMPE_E_IO: there is none of it. */
+KEMPE_API kempe_status kempe_element_text(kempe_context *context, const char *name, char **text);
+
 KEMPE_API void kempe_model_free(kempe_model *model);
 KEMPE_API const char *kempe_model_name(const kempe_model *model);
 

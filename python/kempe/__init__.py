@@ -26,6 +26,7 @@ from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
 from .document import Document
+from .machine_elements import element_text, elements
 from .ensemble import EnsembleResult, Ensemble, Folder, Function, Statistics, Values
 from .ensemble_stepper import EnsembleStepper
 from .equilibrium import Equilibrium
@@ -148,5 +149,7 @@ __all__ = [
     "about",
     "contact",
     "convert_exudyn",
+    "element_text",
+    "elements",
     "reduce",
 ]

@@ -11,6 +11,7 @@ from typing import Any
 
 from ._native import lib
 from .context import Context
+from .machine_elements import element_text
 from .errors import ArgumentError, InputError
 from .options import utf8
 
@@ -84,7 +85,8 @@ def _include_of(entries: Mapping[str, Any], folder: str, name: str) -> tuple[dic
     for entry in entries.get("include") or ():
         own = name.removeprefix(str(entry.get("prefix") or ""))
         if own != name or not entry.get("prefix"):
-            path = os.path.join(folder, str(entry["file"]))
+            file = str(entry["file"])
+            path = file if file.startswith("kempe:") else os.path.join(folder, file)
             if _has(path, own):
                 return entry, own
     raise ArgumentError(f"the value of '{name}' cannot be in the document: neither the model nor a file that it includes has it")
@@ -92,8 +94,11 @@ def _include_of(entries: Mapping[str, Any], folder: str, name: str) -> tuple[dic
 
 def _has(path: str, name: str) -> bool:
     """A model file has a parameter or input, or includes one that has it."""
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
+    if path.startswith("kempe:"):
+        text = element_text(path)
+    else:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
     try:
         entries = _entries(text, path)
         if any(name in (entries.get(section) or {}) for section in ("parameters", "inputs")):

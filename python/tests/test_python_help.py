@@ -108,6 +108,7 @@ SILENT = {
     "Result.tables_and_matrices": "It lists attributes.",
     "Result.text": "It prints what is there.",
     "Result.to_dict": "It prints what is there.",
+    "elements": "They are a part of the library.",
     "Stepper.keep_inputs": "It sets a flag.",
     "VectorEnvironment.close_extras": "It waits for threads.",
     "about": "It reads what is installed with the package.",

@@ -2,6 +2,7 @@
 /* Functions that all commands share. Each command makes one result object and reports it: text on stdout, errors on
  * stderr, JSON at the path of --json. */
 #include "command.h"
+#include "element_list.h"
 #include "terminal.h"
 
 #include <kempe/cache.h>
@@ -377,7 +378,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     char *folder = j.settings->no_cache ? NULL : kempe_cache_folder();
     kempe_status status = kempe_context_set_cache(j.context, folder);
     kempe_text_free(folder);
-    const bool reads = !command->without_model && !(command->opens_pages && cli_is_page(settings->file));
+    const bool reads = !command->without_model && !(command->opens_pages && cli_is_page(settings->file)) &&
+                       !(command->bit == CLI_SHOW && cli_is_element(settings->file));
     if (status == KEMPE_OK && reads) {
         status = prepare(&j, command);
         cli_report_failure(&j, status, false);

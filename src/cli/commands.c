@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The commands, in the order of the help, and the studies of the core. Commands of a wing of the library (KEMPE_RAIL
  * and others) are in a separate file; in a build without the wing the command says that it is missing. */
+#include "element_list.h"
 #include "study.h"
 
 #include <kempe/check.h>
@@ -78,6 +79,8 @@ static kempe_status print_view(const cli_job *j, const void *object, kempe_forma
 
 static kempe_status run_show(const cli_job *j)
 {
+    if (cli_is_element(j->settings->file))
+        return cli_show_element(j);
     return cli_worse(KEMPE_OK, cli_report(j, print_view, NULL));
 }
 
@@ -165,8 +168,9 @@ const cli_command cli_commands[] = {
     {CLI_NEW, "new", "write a first model, NAME.yaml: a four-bar linkage with comments",
      "  kempe new four_bar\n"
      "  kempe check four_bar.yaml\n"
-     "  kempe simulate four_bar.yaml\n",
-     .usage = "NAME [options]", .without_model = true, .run = cli_new},
+     "  kempe simulate four_bar.yaml\n"
+     "  kempe new --elements\n",
+     .usage = "NAME | --elements [options]", .without_model = true, .run = cli_new},
     {CLI_CHECK, "check", "model diagnostics: degrees of freedom, redundant closures, independent coordinates",
      "  kempe check examples/andrews/andrews.yaml\n", .study = &cli_check_study},
     {CLI_ASSEMBLE, "assemble", "assembly: close the loops, starting from the model's start values; assembly modes",
@@ -279,7 +283,8 @@ const cli_command cli_commands[] = {
     {CLI_SHOW, "show", "print the parsed model, its equations or its program",
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
-     "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
+     "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n"
+     "  kempe show kempe:gas_spring.yaml\n",
      .usage = "FILE [--model | --as NAME | --equations | --program | --stats]", .run = run_show},
     {CLI_GENERATE, "generate", "generate equations in C, Octave or Python, for CasADi, JAX and PyTorch; counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"

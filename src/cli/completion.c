@@ -175,6 +175,9 @@ static void complete_of(const cli_command *c, int count, char **words)
                 (strlen(last) < 2 || strncmp(o.name, last + 2, strlen(last) - 2) == 0))
                 printf("--%s\n", o.name);
     } else if (c->bit != CLI_NEW) {
+        for (int k = 0; c->bit == CLI_SHOW && last[0] && k < kempe_element_count(); k++)
+            if (strncmp(kempe_element_name(k), last, strlen(last)) == 0)
+                puts(kempe_element_name(k));
         put_files("", last,
                   c->bit == CLI_GATHER   ? "."
                   : c->bit == CLI_REDUCE ? NULL

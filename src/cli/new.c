@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes a first model: a four-bar linkage with comments. README.md shows the same text (tests/docs.py). */
 #include "command.h"
+#include "element_list.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -80,6 +81,13 @@ static kempe_status write_new(const cli_job *j, const char *path)
 kempe_status cli_new(const cli_job *j)
 {
     const char *file = j->settings->file;
+    if (j->settings->elements && file) {
+        cli_complain("--elements lists the library and writes no '%s': give one of them", file);
+        cli_refuse(j->settings->json);
+        return KEMPE_E_ARGUMENT;
+    }
+    if (j->settings->elements)
+        return cli_list_elements(j);
     const size_t length = strlen(file);
     const char *ending = length >= 5 && strcmp(file + length - 5, ".yaml") == 0 ? "" : ".yaml";
     size_t size = length + strlen(ending) + 1;

@@ -323,6 +323,7 @@ static const option options[] = {
     {CLI_GENERATE, IN_MODEL, "drives", FLAG(generation.drives), "include the rows of drives and locks in the closures"},
     {CLI_GENERATE, IN_RUN, "optimize", FLAG(generation.optimize),
      "minimise the number of operations, joint by joint; generation takes longer"},
+    {CLI_NEW, IN_OUTPUT, "elements", FLAG(elements), "list the machine elements kempe:NAME.yaml that models may include"},
     {CLI_SHOW, IN_OUTPUT, "model", FLAG(show_model),
      "the model: bodies, joints, closures, forces, numbers in SI units (default)"},
     {CLI_SHOW, IN_OUTPUT, "as", TEXT(show_as), "NAME",
@@ -771,7 +772,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     s->fit.files = s->data_files;
     s->optimize.limits = s->limits;
     s->reduce.interfaces = s->interfaces;
-    if (!settings->file && !settings->help && !settings->from)
+    if (!settings->file && !settings->help && !settings->from && !settings->elements)
         return cli_complain(command == CLI_GATHER   ? "the folder is missing: kempe %s FOLDER"
                             : command == CLI_REDUCE ? "the mesh is missing: kempe %s MESH"
                                                     : "the model file is missing: kempe %s FILE",

@@ -98,6 +98,7 @@ typedef struct cli_settings {
     int seed, lanes;
     int count, branches, alone, all, no_cache, joint_limits, strict, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
+    int elements; /* of `new`: the list of the library */
     const char *show_as;
 } cli_settings;
 

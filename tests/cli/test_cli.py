@@ -1524,6 +1524,24 @@ class New(Case):
         self.assertEqual((done.returncode, list(self.folder.iterdir())), (1, []))
         self.assertIn("cannot write 'mine.yaml'", done.stderr)
 
+    def test_elements(self):
+        names = [line.split()[0] for line in self.expect(0, "new", "--elements").stdout.splitlines() if line.startswith("kempe:")]
+        listed = self.object(0, "new", "--elements")["elements"]
+        self.assertEqual([each["file"] for each in listed], names)
+        self.assertEqual(sorted(name.removeprefix("kempe:") for name in names), sorted(path.name for path in (ROOT / "elements").iterdir()))
+        for name in names:
+            text = (ROOT / "elements" / name.removeprefix("kempe:")).read_text()
+            self.assertEqual(self.expect(0, "show", name).stdout, text)
+            self.assertEqual(self.object(0, "show", name), {"file": name, "text": text})
+        self.assertIn("{P: point, Q: point}", self.expect(0, "new", "--elements").stdout)
+        self.assertIn("did you mean 'kempe:gas_spring.yaml'?", self.expect(2, "show", "kempe:gas_sprin.yaml").stderr)
+        self.assertIn("has no equations of its own", self.expect(3, "show", "kempe:gas_spring.yaml", "--equations").stderr)
+        self.assertIn("include it there, with 'ports: {P: .., Q: ..}'", self.expect(2, "check", "kempe:gas_spring.yaml").stderr)
+        self.assertIn("give one of them", self.expect(3, "new", "name", "--elements").stderr)
+        start = str(ROOT / "examples/clutch_start/clutch_start.yaml")
+        self.assertIn("is in Kempe's language already", self.expect(3, "show", start, "--as", "yaml").stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_names(self):
         for words in ([], [""], ["."], [".."], ["folder/"], [".yaml"], ["a", "b"], ["a", "--set", "x=1"]):
             self.expect(3, "new", *words)

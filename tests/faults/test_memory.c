@@ -58,6 +58,21 @@ static kempe_status read_graph(scene *s)
     return read_file(s, KEMPE_ROOT "/tests/models/two_bars.yaml");
 }
 
+/* Ports of included files, and of files that these include; copies; parts that may be absent. */
+static kempe_status read_ports(scene *s)
+{
+    return read_file(s, KEMPE_ROOT "/tests/models/strut_machine.yaml");
+}
+
+static kempe_status read_element(scene *s)
+{
+    char *text = NULL;
+    kempe_status status = kempe_element_text(s->context, "kempe:gas_spring.yaml", &text);
+    untouched(status, text);
+    kempe_text_free(text);
+    return status;
+}
+
 static kempe_status read_shapes(scene *s)
 {
     return read_file(s, KEMPE_ROOT "/tests/models/shapes.yaml");
@@ -549,6 +564,8 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"read flexible bodies", read_flexible},
                                      {"read elements", read_elements},
                                      {"read a graph of joints", read_graph},
+                                     {"read ports", read_ports},
+                                     {"read an element", read_element},
                                      {"read its mistakes", read_wrong_graph},
                                      {"build", build_model},
                                      {"print model", print_model},

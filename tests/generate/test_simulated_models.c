@@ -58,6 +58,7 @@ static const struct {
               {NULL, "discrete_slide", 3, 1},
               {NULL, "kinks", 10, 1},
               {"stick_slip", "stick_slip", 2, 1},
+              {"clutch_start", "clutch_start", 1, 0},
               {NULL, "friction_incline", 2, 1},
               {NULL, "friction_pair", 2, 0},
               {NULL, "friction_pin", 2, 0},

@@ -153,6 +153,11 @@ static const kmp_yaml **moved(kmp_arena *arena, const kmp_yaml **list, int count
 
 const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int number)
 {
+    return kmp_yaml_replace(arena, root, number, NULL, NULL);
+}
+
+const kmp_yaml *kmp_yaml_replace(kmp_arena *arena, const kmp_yaml *root, int number, kmp_yaml_other *other, void *user)
+{
     kmp_yaml *nodes = KMP_ARENA_NEW(arena, kmp_yaml, root->nodes);
     for (int i = 0; nodes && i < root->nodes; i++) {
         kmp_yaml *to = &nodes[i];
@@ -160,6 +165,12 @@ const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int numbe
         to->place.file = to->text_place.file = number;
         to->keys = moved(arena, to->keys, to->count, root, nodes);
         to->items = moved(arena, to->items, to->count, root, nodes);
+        if (other && to->kind == KMP_YAML_SCALAR)
+            *to = *other(user, to);
+        if (other) { /* keys may have become others */
+            to->slots = NULL;
+            to->slot_count = 0;
+        }
     }
     return arena->failed ? NULL : nodes;
 }

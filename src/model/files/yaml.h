@@ -34,6 +34,10 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
 /** The document of this root once more, with another number in its places; it shares the texts. NULL: no memory. */
 const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int number);
 
+/** The same, where scalars, keys among them, become the nodes that `other` gives in their place. */
+typedef const kmp_yaml *kmp_yaml_other(void *user, const kmp_yaml *node);
+const kmp_yaml *kmp_yaml_replace(kmp_arena *arena, const kmp_yaml *root, int number, kmp_yaml_other *other, void *user);
+
 /** Appends a document that can be read again as the same nodes. */
 void kmp_yaml_print(kmp_text *text, const kmp_yaml *root);
 

@@ -49,6 +49,14 @@ size_t kmp_parse_word_length(const char *s)
     return n;
 }
 
+size_t kmp_parse_name_length(const char *s)
+{
+    static const char port[] = "port.";
+    const size_t n = kmp_parse_word_length(s), first = sizeof port - 1;
+    const size_t more = n + 1 == first && strncmp(s, port, first) == 0 ? kmp_parse_word_length(s + first) : 0;
+    return more > 0 ? first + more : n;
+}
+
 /* A zero-ended copy of the n characters at p->at, which are passed. */
 const char *kmp_parse_copy(kmp_parser *p, size_t n)
 {
@@ -453,7 +461,7 @@ const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_e
 static const kmp_expr *parse_word(kmp_parser *p)
 {
     const char *where = p->at;
-    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
+    const char *name = kmp_parse_copy(p, kmp_parse_name_length(p->at));
     if (!name)
         return NULL;
     if (strcmp(name, "q") == 0)

@@ -245,8 +245,13 @@ typedef struct kmp_expr_argument {
 void kmp_parse_skip_space(struct kmp_parser *p);
 bool kmp_parse_take(struct kmp_parser *p, char c);
 
-/** The length of the name at s, 0 when there is none, and a copy of the n characters at p->at, which are passed. */
+/** The length of the word at s, 0 when there is none. */
 size_t kmp_parse_word_length(const char *s);
+
+/** The same of a name of the model, which may be `port.NAME`. */
+size_t kmp_parse_name_length(const char *s);
+
+/** A copy of the n characters at p->at, which are passed. */
 const char *kmp_parse_copy(struct kmp_parser *p, size_t n);
 
 /** The column of a place in the text. */

@@ -52,7 +52,7 @@ const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_
         return kmp_parse_complain(p, where, "'%s' needs a coordinate in parentheses: %s(NAME)", symbol, symbol);
     kmp_parse_skip_space(p);
     const char *start = p->at;
-    size_t n = kmp_parse_word_length(start);
+    size_t n = kmp_parse_name_length(start);
     if (n == 0)
         return kmp_parse_wanted(p, "the name of a coordinate");
     if (start[n] == '.' && is_digit(start[n + 1])) /* JOINT.1, or BODY.y1 of a flexible body */
@@ -77,7 +77,7 @@ static int parse_closure(kmp_parser *p, const char **name)
 {
     kmp_parse_skip_space(p);
     const char *start = p->at;
-    size_t n = kmp_parse_word_length(start);
+    size_t n = kmp_parse_name_length(start);
     if (n == 0) {
         kmp_parse_wanted(p, "the name of a loop");
         return -1;
@@ -163,7 +163,7 @@ static bool parse_point_or_axis(kmp_parser *p, const char *word, bool axes, kmp_
         kmp_parse_wanted(p, axes ? "an axis BODY.POINT.x" : "a point BODY.POINT");
         return false;
     }
-    const char *name = kmp_parse_copy(p, n + 1 + m);
+    const char *name = kmp_parse_copy(p, n + 1 + m); /* `port.NAME` has this form, too */
     if (!name || !p->scope->point(p->scope->user, name, word, kmp_parse_column(p, start), argument))
         return false;
     argument->axis = axes ? take_component(p) : -1;
@@ -243,7 +243,7 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
     }
     if (rows[kind].of == OF_JOINT) {
         kmp_parse_skip_space(p);
-        const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
+        const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_name_length(start)), *obstacle = NULL;
         int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
         *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
         if (obstacle)
@@ -306,7 +306,7 @@ static kmp_measure_kind kind_for(kmp_parser *p, kmp_measure_kind kind)
         return kind;
     (void)kmp_parse_take(p, '(');
     kmp_parse_skip_space(p);
-    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
+    const char *name = kmp_parse_copy(p, kmp_parse_name_length(p->at));
     p->at = at;
     bool joint =
         name && p->scope->closure(p->scope->user, name) < 0 && p->scope->joint(p->scope->user, &name, &obstacle) >= 0;

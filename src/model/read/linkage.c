@@ -5,6 +5,7 @@
  * rows (a spanning tree of greatest weight). Joints that must stay are first of all. */
 #include "model/read/linkage.h"
 #include "model/read/read_include.h"
+#include "model/read/read_ports.h"
 #include <ctype.h>
 #include <string.h>
 
@@ -433,6 +434,13 @@ typedef struct search {
 /* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
 static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
 {
+    const char *rest, *name = kmp_reader_say(s->r, "%.*s", (int)length, text);
+    const kmp_yaml *port = kmp_port_bound(s->r, file, name, &rest);
+    if (port) {
+        file = port->place.file;
+        text = kmp_reader_say(s->r, "%s%s", port->text, rest);
+        length = strlen(text);
+    }
     const char *dot = memchr(text, '.', length);
     if (dot && !isdigit((unsigned char)dot[1])) /* of a flexible body */
         return NULL;

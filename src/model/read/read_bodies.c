@@ -347,6 +347,9 @@ static bool take_sources(sources *s, const kmp_yaml *map)
         const char *name = kmp_read_name(r, to->key, "a body");
         if (name && strcmp(name, "ground") == 0)
             kmp_reader_complain(r, to->key->place, "'ground' exists already: its points are under the key 'ground'");
+        const kmp_include_instance *instance = kmp_reader_instance(r, to->key->place.file);
+        if (name && instance && instance->ports && strcmp(name + strlen(instance->prefix), "port") == 0)
+            kmp_reader_complain(r, to->key->place, "a body of a file with ports cannot have the name 'port'");
         if (!kmp_read_map(r, to->map, what, kmp_body_keys))
             continue;
         to->joint = r->linkage ? kmp_linkage_joint(r->linkage, i + 1) : kmp_read_required(r, to->map, what, "joint");

@@ -7,8 +7,11 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/files/document.h"
+#include "model/files/element_library.h"
 #include "model/files/nodes.h"
 #include "model/language/limits.h"
+#include "model/read/part_counts.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_tables.h"
 #include "model/read/reader.h"
 #include "model/read/reading.h"
@@ -97,11 +100,13 @@ static void note_path(kempe_model *model, const char *path)
 
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
 {
-    if (kmp_context_note_source(r->context, path) != KEMPE_OK)
+    const bool element = kmp_is_element(path); /* no file */
+    if (!element && kmp_context_note_source(r->context, path) != KEMPE_OK)
         r->model->arena.failed = true;
     if (!r->digests)
         return;
-    note_path(r->model, path);
+    if (!element)
+        note_path(r->model, path);
     kmp_digest_add_text(&r->digest, strrchr(path, '.'));
     kmp_digest_add_part(&r->digest, text, length);
 }
@@ -160,6 +165,23 @@ static bool is_repeated(const complaint *list, int i)
     return false;
 }
 
+static bool is_of_port(const complaint *c)
+{
+    return strncmp(c->text, "port '", strlen("port '")) == 0;
+}
+
+/* An error that follows from a port that is bound to what is not of its kind, which is reported at the same place, or
+ * where the including file binds it. */
+static bool follows_from_port(const complaint *list, int count, int i)
+{
+    const bool inside = strstr(list[i].text, "'port.") && !strstr(list[i].text, "declares no port");
+    for (int k = 0; !is_of_port(&list[i]) && k < count; k++)
+        if (is_of_port(&list[k]) && (inside || (list[k].file == list[i].file && list[k].line == list[i].line &&
+                                                list[k].column == list[i].column)))
+            return true;
+    return false;
+}
+
 /* Reports the number of errors that were not kept, at the last place of those kept. */
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
@@ -195,7 +217,7 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r)
         /* In a model built in code a file is one call, without lines; its name is printed once. */
         const complaint *c = &list[i];
         const char *file = c->file >= 0 ? r->model->source.files[c->file] : NULL;
-        if (is_repeated(list, i))
+        if (is_repeated(list, i) || follows_from_port(list, count, i))
             continue;
         status = !file || (c->line == 0 && strstr(c->text, file))
                      ? kmp_fail(r->context, KEMPE_E_INPUT, "%s", c->text)
@@ -227,6 +249,9 @@ const kmp_include_instance *kmp_reader_instance(const kmp_reader *r, int file)
 
 const char *kmp_reader_name(kmp_reader *r, int file, const char *name)
 {
+    const char *rest;
+    for (const kmp_yaml *port; (port = kmp_port_bound(r, file, name, &rest)); file = port->place.file)
+        name = kmp_reader_say(r, "%s%s", port->text, rest);
     const kmp_include_instance *instance = kmp_reader_instance(r, file);
     if (!instance || !instance->prefix[0])
         return name;
@@ -306,9 +331,9 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
     const kmp_yaml *names = kmp_yaml_get(node, "leave_out");
     for (int k = 0; k < r->instance_count && !names; k++) {
         const kmp_include_instance *other = &r->instances[k];
-        if (other->root->nodes > 0 && other->base == x->base && other->limits == x->limits && !other->leaves_out &&
+        if (other->source->nodes > 0 && other->base == x->base && other->limits == x->limits && !other->leaves_out &&
             strcmp(r->model->source.files[other->file], path) == 0) {
-            x->root = kmp_yaml_again(&r->scratch, other->root, x->file);
+            x->root = x->source = kmp_yaml_again(&r->scratch, other->source, x->file);
             x->foreign = other->foreign;
             return;
         }
@@ -321,6 +346,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
     x->foreign = text && kmp_document_is_foreign(path, text, length);
     if (text && kmp_reader_load(r, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
+    x->source = x->root;
     (void)kmp_context_use_limits(r->context, before);
     (void)kmp_context_use_left_out(r->context, left_out);
     if (names) /* the model requests it: it is the machine */
@@ -574,19 +600,35 @@ static bool are_stops(kmp_reader *r, const kmp_yaml *node)
     return word < 0 ? kmp_context_has_limits(r->context) : word == 1;
 }
 
-static void include_one(kmp_reader *r, const kmp_yaml *node, int parent, const kmp_yaml *above)
+/* The name of a file: of one that Kempe brings as it is, of others in the folder of the including file. */
+static const char *path_of(kmp_reader *r, int parent, const char *word)
 {
-    if (node->kind != KMP_YAML_MAP) {
-        kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
-        return;
-    }
-    kmp_read_map(r, node, "an include", kmp_include_keys);
+    return kmp_is_element(word) ? word : kmp_path_beside(r, parent, word);
+}
+
+/* The parameters of a copy, with its number. */
+static const kmp_yaml *with_number(kmp_reader *r, const kmp_yaml *root, int copy)
+{
+    if (copy == 0)
+        return root;
+    const kmp_yaml *parameters = map_of(root, "parameters"), *key = find_key(parameters, "index");
+    const kmp_place place = (key ? key : root)->place;
+    const kmp_yaml *number = kmp_yaml_word(&r->scratch, place, kmp_reader_say(r, "%d", copy));
+    parameters = parameters ? parameters : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, place);
+    return number && parameters ? with_item(r, root, "parameters", with_item(r, parameters, "index", number)) : root;
+}
+
+/* Copy `copy` of `copies`, from 1; 0 of 0: the only one. */
+static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const kmp_yaml *above, int copy, int copies)
+{
     const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
-    const char *path = word ? kmp_path_beside(r, parent, word) : NULL;
+    const char *path = word ? path_of(r, parent, word) : NULL;
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
+    if (copy > 0)
+        own = kmp_reader_say(r, "%s%d_", own, copy);
     kmp_include_instance x = {.file = kmp_reader_add_file(r, path),
                               .parent = parent,
                               .prefix = kmp_reader_name(r, parent, own),
@@ -604,9 +646,14 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
         return;
     r->instances = list;
     list[r->instance_count++] = x;
+    if (!kmp_bind_ports(r, node, &list[r->instance_count - 1], copy, copies)) {
+        r->instance_count--; /* nothing of the file is read */
+        return;
+    }
+    x = list[r->instance_count - 1];
     const kmp_yaml *set = kmp_yaml_get(node, "set"), *rest = NULL;
     set = set && kmp_read_map(r, set, "include set", NULL) ? set : NULL;
-    const kmp_yaml *root = set_values(r, x.root, values_for(r, above, own, set), &rest);
+    const kmp_yaml *root = set_values(r, with_number(r, x.root, copy), values_for(r, above, own, set), &rest);
     root = set_joints(r, root, kmp_yaml_get(node, "joints"));
     for (int k = 0; k < JOINED_PARTS; k++) {
         const char *part = joined_parts[k];
@@ -621,23 +668,55 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
     check_set(r, x.root, set);
 }
 
+/* False: there are as many as may be. */
+static bool has_room(kmp_reader *r, const kmp_yaml *node)
+{
+    return r->instance_count < KMP_MOST_INCLUDES ||
+           kmp_reader_complain(r, node->place, "include: more than %d files are included", KMP_MOST_INCLUDES);
+}
+
+/* An entry of `include`; false: it is the last one that is read. */
+static bool include_one(kmp_reader *r, const kmp_yaml *node, int parent, const kmp_yaml *above)
+{
+    if (!has_room(r, node))
+        return false;
+    if (node->kind != KMP_YAML_MAP) {
+        kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
+        return true;
+    }
+    kmp_read_map(r, node, "an include", kmp_include_keys);
+    const kmp_yaml *repeat = kmp_yaml_get(node, "repeat");
+    if (!kmp_is_present(r, kmp_yaml_get(node, "when")))
+        return true;
+    const int copies = repeat ? kmp_read_repeat(r, repeat) : 0;
+    if (!repeat)
+        include_copy(r, node, parent, above, 0, 0);
+    for (int copy = 1; copy <= copies; copy++) {
+        if (!has_room(r, node))
+            return false;
+        include_copy(r, node, parent, above, copy, copies);
+    }
+    return true;
+}
+
 /* `above`: values that files above set, by their names in the file `parent`. */
 static void include_all(kmp_reader *r, const kmp_yaml *root, int parent, const kmp_yaml *above)
 {
     const kmp_yaml *list = kmp_yaml_get(root, "include");
     if (!list || !kmp_read_list(r, list, "include", -1))
         return;
-    for (int i = 0; i < list->count; i++) {
-        if (r->instance_count == KMP_MOST_INCLUDES) {
-            kmp_reader_complain(r, list->items[i]->place, "include: more than %d files are included",
-                                KMP_MOST_INCLUDES);
+    for (int i = 0; i < list->count; i++)
+        if (!include_one(r, list->items[i], parent, above))
             return;
-        }
-        include_one(r, list->items[i], parent, above);
-    }
 }
 
 void kmp_read_includes(kmp_reader *r)
 {
     include_all(r, r->root, 0, NULL);
+    for (int k = 0; k < JOINED_PARTS; k++) {
+        const kmp_yaml *part = kmp_yaml_get(r->root, joined_parts[k]),
+                       *present = kmp_present_entries(r, joined_parts[k], part);
+        if (present != part)
+            r->root = with_item(r, r->root, joined_parts[k], present);
+    }
 }

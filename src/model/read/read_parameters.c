@@ -57,7 +57,7 @@ static const kmp_yaml *with_columns(kmp_reader *r, const kmp_yaml *map, const ch
 
 /* -- settings -------------------------------------------------------------------------------------- */
 
-static const char *setting_of(const kmp_reader *r, const char *name)
+const char *kmp_setting_of(const kmp_reader *r, const char *name)
 {
     for (int k = r->setting_count; k-- > 0;)
         if (strcmp(r->settings[k].name, name) == 0)
@@ -105,7 +105,7 @@ static void read_setting(kmp_reader *r, const char *text, const char *what, kmp_
 
 static void read_input(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_model_input *input)
 {
-    const char *given = setting_of(r, input->name);
+    const char *given = kmp_setting_of(r, input->name);
     if (!kmp_read_map(r, map, what, keys))
         return;
     const kmp_yaml *value = kmp_yaml_get(map, "default"), *csv = kmp_yaml_get(map, "csv");
@@ -407,17 +407,17 @@ void kmp_settle_parameters(kmp_reader *r)
         const kmp_yaml *map = kmp_yaml_get(r->root, "parameters");
         kempe_model *model = r->model;
         for (int i = 0; i < model->parameter_count; i++) {
-            const char *set = setting_of(r, model->parameters[i].name);
+            const char *set = kmp_setting_of(r, model->parameters[i].name);
             model->parameters[i].unused = set && !model->parameters[i].used;
             if (model->parameters[i].unused)
                 warn(r, map->keys[i]->place, model->parameters[i].name, ": setting it has no effect");
         }
         /* Displaced values use parameters of the file, too: those are not unused. */
         for (int i = 0; i < map->count; i++)
-            if (model->parameters[i].used && setting_of(r, model->parameters[i].name))
+            if (model->parameters[i].used && kmp_setting_of(r, model->parameters[i].name))
                 kmp_reader_use(r, kmp_read_constant(r, map->items[i], model->parameters[i].name));
         for (int i = 0; i < model->parameter_count; i++)
-            if (!model->parameters[i].used && !setting_of(r, model->parameters[i].name))
+            if (!model->parameters[i].used && !kmp_setting_of(r, model->parameters[i].name))
                 warn_of_file(r, map, i);
     }
 }

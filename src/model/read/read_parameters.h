@@ -7,6 +7,9 @@
 
 void kmp_read_parameters(kmp_reader *r);
 
+/** The value that a setting gives a parameter or an input; NULL: none does. */
+const char *kmp_setting_of(const kmp_reader *r, const char *name);
+
 /** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
  */
 void kmp_settle_parameters(kmp_reader *r);

@@ -7,6 +7,7 @@
 #include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_states.h"
@@ -572,7 +573,11 @@ static void complain_body(kmp_reader *r, kmp_place place, const char *text, size
 {
     const char *name = kmp_reader_say(r, "%.*s", (int)length, text);
     kmp_nearest nearest = kmp_nearest_of(name, KMP_BODY_NAMES(r->model));
-    kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
+    if (find_body(r, name) >= 0) /* of the model, not of the file */
+        kmp_reader_complain(r, place, "%s: unknown body '%s': an included file knows its own bodies and its 'ports'",
+                            what, name);
+    else
+        kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
 }
 
 static void complain_point(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
@@ -595,6 +600,12 @@ int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name
 
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
 {
+    const char *rest;
+    const kmp_yaml *port = kmp_port_bound(r, place.file, text, &rest);
+    if (port) {
+        place = port->place;
+        text = port->text;
+    }
     const char *dot = strchr(text, '.');
     if (!dot || dot == text || !dot[1]) {
         kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'", what, text);

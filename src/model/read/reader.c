@@ -9,10 +9,13 @@
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
+#include "model/files/element_library.h"
 #include "model/read/body_models.h"
 #include "model/read/clearance.h"
 #include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
+#include "model/read/part_counts.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bearings.h"
 #include "model/read/read_bodies.h"
@@ -128,12 +131,15 @@ static void read_parts(kmp_reader *r)
     if (!kmp_read_version(r, r->root, "the model"))
         return;
     kmp_read_map(r, r->root, "the model", kmp_model_keys);
+    if (kmp_refuse_ports(r))
+        return;
     refuse_sections_without_wing(r);
     kmp_read_includes(r);
     kmp_read_clearances(r);
     kmp_read_gear_losses(r);
     kmp_read_rope_elements(r);
     kmp_read_parameters(r);
+    kmp_fix_part_counts(r);
     kmp_read_inputs(r);
     kmp_read_tables(r);
     kmp_read_wings(r, KMP_READ_AFTER_TABLES);
@@ -158,6 +164,7 @@ static void read_parts(kmp_reader *r)
     kmp_settle_ropes(r);
     kmp_read_sensors(r);
     kmp_read_run(r);
+    kmp_check_ports(r);
     kmp_settle_parameters(r);
     kmp_settle_inputs(r);
     kmp_warn_of_turns(r);
@@ -198,10 +205,11 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
 
 static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_model **model)
 {
+    const kmp_yaml *document = r->root; /* before other files and parts of it are joined */
     kempe_status status = read_document(r, loaded);
-    if (status == KEMPE_OK && r->root && r->root->nodes == 0) { /* a document that no file in YAML has */
+    if (status == KEMPE_OK && document && document->nodes == 0) { /* that no file in YAML has */
         kmp_text text = {0};
-        kmp_yaml_print(&text, r->root);
+        kmp_yaml_print(&text, document);
         r->model->source.document = kmp_text_keep(&text, &r->model->arena);
         status = kmp_made(r->context, r->model->source.document);
     }
@@ -282,7 +290,8 @@ kempe_status kmp_model_read_as(kempe_context *context, const char *path, const k
 {
     char *text;
     size_t length;
-    KMP_TRY(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
+    KMP_TRY(kmp_is_element(path) ? kmp_element_read(context, path, &text, &length)
+                                 : kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
     kempe_status status = read_model(context, text, length, path, list, count, bodies_as, model);
     if (status == KEMPE_OK)
         (*model)->source.from_file = true;

@@ -31,8 +31,10 @@ typedef struct kmp_include_instance {
     int file, parent;            /* of the model's files: its own, and the including one */
     const char *prefix;          /* of all its names */
     const kmp_yaml *at, *offset; /* its ground: a body or a point, NULL the ground; the distance from it */
-    const kmp_yaml *root;
-    kmp_base base;   /* of a robot in another format */
+    const kmp_yaml *root, *source; /* as it is merged; as it was read, before ports are bound */
+    const kmp_yaml *ports;         /* that it declares, names and kinds; NULL: none */
+    const kmp_yaml **bound;        /* what they are bound to, in their order */
+    kmp_base base;                 /* of a robot in another format */
     bool limits;     /* its limits of joints are stops */
     bool foreign;    /* it is in another format */
     bool leaves_out; /* parts of it by name */
@@ -60,6 +62,8 @@ typedef struct kmp_reader {
     int instance_count;
     const kmp_yaml **set_values; /* by which including files have set parameters and inputs */
     int set_count;
+    const kmp_yaml **decisive; /* numbers that decide which parts there are (part_counts.h) */
+    int decisive_count;
     int scope; /* file whose names the current expression uses */
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
