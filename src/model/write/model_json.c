@@ -394,6 +394,8 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         kmp_json_string(json, "contact", model->forces[force->contact - 1].name);
     else if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
+    else if (force->kind == KMP_FORCE_TYRE)
+        kmp_json_string(json, "tyre", force->name);
     else if (force->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[force->motion].name);
     else if (force->sliding)

@@ -323,6 +323,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_text_printf(text, "  %s: ", force->name);
     if (force->kind == KMP_FORCE_WHEEL) {
         kmp_text_put(text, "wheel");
+    } else if (force->kind == KMP_FORCE_TYRE) {
+        kmp_text_put(text, "tyre");
     } else if (force->kind == KMP_FORCE_TOUCH) {
         kmp_pair_show(text, model, &force->touch);
     } else if (force->contact > 0) {
