@@ -27,7 +27,7 @@
 #include "symbolic/substitute.h"
 
 /* Numbers of kmp_tree_condition. */
-enum { TOUCHES, PULLS, SLIDES, LOW, BEYOND, BEYOND_KAPPA, BEYOND_ALPHA, BEYOND_GAMMA, SHORT, SHORT_ACROSS };
+enum { TOUCHES, PULLS, SLIDES, LOW, STEEP, BEYOND, BEYOND_KAPPA, BEYOND_ALPHA, BEYOND_GAMMA, SHORT, SHORT_ACROSS };
 
 /* A tyre over its road. Vectors are in the axes of the ground. */
 typedef struct rolling {
@@ -39,7 +39,7 @@ typedef struct rolling {
     kmp_vec turn;              /* angular velocity of the wheel against the road */
     kmp_vec velocity;          /* of the centre against the road */
     kmp_ref radius, effective; /* without load; R_e */
-    kmp_ref rho, gamma;
+    kmp_ref rho, gamma, slope;
     kmp_ref holds;          /* 1 where it has a vertical force */
     kmp_ref load;           /* N */
     kmp_ref forwards;       /* V_x */
@@ -89,6 +89,7 @@ static void find_place(rolling *c, const kmp_road *road, const kmp_force *force)
         kmp_ref over = kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, slope, slope))));
         kmp_vec leaning = kmp_vec_sub(g, normal, kmp_vec_scale(g, slope, of_road[road->along]));
         normal = kmp_vec_scale(g, over, leaning);
+        c->slope = slope;
         up = kmp_mul(g, over, kmp_sub(g, up, height));
     }
     kmp_vec ahead = kmp_vec_cross(g, c->axle, normal);
@@ -170,7 +171,7 @@ static void roll(const kmp_tree *tree, const kmp_force *force, rolling *c)
     kmp_graph *g = tree->graph;
     const kmp_tyre *tyre = &tree->model->tyres[force->tyre];
     const kmp_road *road = &tree->model->roads[tyre->road];
-    *c = (rolling){.tree = tree, .tyre = tyre};
+    *c = (rolling){.tree = tree, .tyre = tyre, .slope = KMP_ZERO};
     find_place(c, road, force);
     press(c);
     find_velocities(c, road);
@@ -290,34 +291,45 @@ static void relax(kmp_forces *forces, const rolling *c)
 
 /* -- ranges ------------------------------------------------------------------------------------------------ */
 
-/* Notes where a value is outside a range of the file. */
-static void watch(const rolling *c, int number, kmp_ref value, double least, double most, const char *what)
+/* Notes where `inside` is negative: a condition that changes nothing. */
+static void watch(const rolling *c, int number, kmp_ref inside, const char *what)
 {
     kmp_graph *g = c->tree->graph;
+    (void)kmp_tree_condition(c->tree, c->tyre, number, kmp_select(g, c->holds, inside, KMP_ONE), 0, NULL,
+                             "tyre '%s' %s", c->tyre->name, what);
+    kmp_tree_log_at_start(c->tree, c->tyre, number);
+}
+
+static void watch_range(const rolling *c, int number, kmp_ref value, int first, const char *what)
+{
+    kmp_graph *g = c->tree->graph;
+    const double least = c->tyre->tir[first], most = c->tyre->tir[first + 1];
     if (!(least < most))
         return;
     kmp_ref above = kmp_sub(g, value, kmp_const(g, least)), below = kmp_sub(g, kmp_const(g, most), value);
-    kmp_ref inside = kmp_binary(g, KMP_OP_MIN, above, below);
-    (void)kmp_tree_condition(c->tree, c->tyre, number, kmp_select(g, c->holds, inside, KMP_ONE), 0, NULL,
-                             "tyre '%s' is outside %s of its file, %.6g .. %.6g", c->tyre->name, what, least, most);
+    watch(c, number, kmp_binary(g, KMP_OP_MIN, above, below), what);
 }
 
-static void watch_ranges(const rolling *c)
+/* Height of a road: slopes of more than this are not meant for a single point. */
+#define STEEPEST 0.3
+
+static void watch_all(const rolling *c)
 {
     kmp_graph *g = c->tree->graph;
-    const kmp_tyre *tyre = c->tyre;
-    const double *tir = tyre->tir, low = tyre->low_speed.value;
-    kmp_ref faster = kmp_sub(g, kmp_mul(g, c->forwards, c->forwards), kmp_const(g, low * low));
-    if (tyre->along || tyre->across)
-        (void)kmp_tree_condition(c->tree, tyre, LOW, kmp_select(g, c->holds, faster, KMP_ONE), 0, NULL,
-                                 "tyre '%s' below VXLOW = %.6g m/s, where its slips are not meant", tyre->name, low);
-    if (!tir)
+    const double low = c->tyre->low_speed.value;
+    if (c->tyre->along || c->tyre->across)
+        watch(c, LOW, kmp_sub(g, kmp_mul(g, c->forwards, c->forwards), kmp_const(g, low * low)),
+              "below VXLOW, where its slips are damping");
+    if (c->slope != KMP_ZERO)
+        watch(c, STEEP, kmp_sub(g, kmp_const(g, STEEPEST * STEEPEST), kmp_mul(g, c->slope, c->slope)),
+              "on a slope above 0.3, where one point is no contact");
+    if (!c->tyre->tir)
         return;
-    watch(c, BEYOND, c->load, tir[KMP_TIR_FZMIN], tir[KMP_TIR_FZMAX], "the loads FZMIN .. FZMAX");
-    watch(c, BEYOND_KAPPA, c->kappa, tir[KMP_TIR_KPUMIN], tir[KMP_TIR_KPUMAX], "the slips KPUMIN .. KPUMAX");
-    watch(c, BEYOND_ALPHA, kmp_unary(g, KMP_OP_ATAN, c->tangent), tir[KMP_TIR_ALPMIN], tir[KMP_TIR_ALPMAX],
-          "the slip angles ALPMIN .. ALPMAX");
-    watch(c, BEYOND_GAMMA, c->gamma, tir[KMP_TIR_CAMMIN], tir[KMP_TIR_CAMMAX], "the inclinations CAMMIN .. CAMMAX");
+    watch_range(c, BEYOND, c->load, KMP_TIR_FZMIN, "outside FZMIN .. FZMAX of its file");
+    watch_range(c, BEYOND_KAPPA, c->kappa, KMP_TIR_KPUMIN, "outside KPUMIN .. KPUMAX of its file");
+    watch_range(c, BEYOND_ALPHA, kmp_unary(g, KMP_OP_ATAN, c->tangent), KMP_TIR_ALPMIN,
+                "outside ALPMIN .. ALPMAX of its file");
+    watch_range(c, BEYOND_GAMMA, c->gamma, KMP_TIR_CAMMIN, "outside CAMMIN .. CAMMAX of its file");
 }
 
 /* -- forces and outputs ------------------------------------------------------------------------------------ */
@@ -339,7 +351,7 @@ static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force
     grip found;
     roll(tree, force, &c);
     find_grip(&c, &found);
-    watch_ranges(&c);
+    watch_all(&c);
     if (c.tyre->state >= 0)
         relax(forces, &c);
     const kmp_vec applied = along_axes(&c, found.force), moment = along_axes(&c, found.moment);
