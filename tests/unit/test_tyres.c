@@ -527,7 +527,7 @@ static void refused_files(void)
                  {"[MODEL]\nFITTYP = 61\nUNLOADED_RADIUS = 0.3\nFNOMIN = -4000\nVERTICAL_STIFFNESS = 2e5\n" LEAST,
                   "FNOMIN must be positive, not -4000"},
                  {"[MODEL]\nFITTYP = 61\nUNLOADED_RADIUS = wide\n",
-                  "bad.tir:3:1: tyre 'T': UNLOADED_RADIUS is no number: 'wide'"},
+                  "bad.tir:3:1: tyre 'T': UNLOADED_RADIUS is not a number: 'wide'"},
                  {"[MODEL]\nFITTYP = 61\nFNOMIN = 1\nFNOMIN = 2\n",
                   "bad.tir:4:1: tyre 'T': the file has two values of 'FNOMIN'"},
                  {"[UNITS]\nLENGTH = 'parsec'\n", "bad.tir:2:1: tyre 'T': unknown unit 'parsec'"},

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Roads and tyres in the model. The axes of a contact are those of ISO 8855 and TYDEX, W: x forwards in the plane of
+/* Roads and tyres in the model. The axes of a contact are the axes W of ISO 8855 and TYDEX: x forwards in the plane of
  * the wheel, y to the left, z out of the road. */
 #pragma once
 
@@ -12,7 +12,7 @@ typedef struct kmp_road {
     const char *name;
     kmp_place place;
     int point;              /* its axes are the axes of the road */
-    int normal, along;      /* of these axes: out of the road; that of `height` */
+    int normal, along;      /* of these axes: out of the road; along which `height` changes */
     const kmp_expr *height; /* m, over x and t; NULL: flat */
     kmp_number friction;    /* factor of the friction of all its tyres */
 } kmp_road;

@@ -4,8 +4,8 @@
 #include "model/read/model_builder.h"
 #include "base/memory.h"
 #include "model/data/model.h"
-#include "model/data/tyre.h"
 #include "model/data/numbers.h"
+#include "model/data/tyre.h"
 #include "model/files/nodes.h"
 #include "model/read/reader.h"
 #include <math.h>

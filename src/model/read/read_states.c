@@ -668,14 +668,15 @@ void kmp_read_states(kmp_reader *r)
             kmp_reader_complain(r, place, "a state cannot have the name '%s', which a coordinate has", name);
         add_block(r, &s);
     }
-    /* Elements may have states: each contact whose law depends on the rate at its beginning. These are the last states. */
+    /* Elements may have states: each contact whose law depends on the rate at its beginning. These are the last states.
+     */
     const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
     r->first_element_state = r->model->state_count;
     kmp_read_wings(r, KMP_READ_WITH_STATES);
     for (int k = 0; contacts && contacts->kind == KMP_YAML_MAP && k < contacts->count; k++)
         if (kmp_contact_keeps_rate(contacts->items[k]))
             kmp_reader_add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
-                      contacts->keys[k]->place);
+                                 contacts->keys[k]->place);
     r->first_algebraic = model->unknowns_count;
 }
 

@@ -73,7 +73,7 @@ typedef struct kmp_reader {
     struct kmp_flexible_reading *flexibles; /* of the flexible bodies of the model */
     struct kmp_function_block *blocks;      /* the entries of `states`, whose laws are read when they are needed */
     int first_algebraic;                    /* of the model's variables: those before it are values of blocks */
-    int first_element_state;                /* of those of wings and contacts, the last ones, without rates here */
+    int first_element_state;                /* of the states of wings and contacts, the last ones, without rates here */
     int block_count, block_level;           /* level: blocks that are being read, each for the one before */
     bool wrong;                             /* an error was reported */
     bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Roads and tyres. A tyre becomes a force of its name; the height of its road is one of the force's expressions, read
- * anew for each tyre, because conditions belong to an expression at one place. */
+ * again for each tyre, because conditions belong to an expression at one place. */
 #include "road/model/read_tyres.h"
 #include "base/arena.h"
 #include "model/data/model.h"
@@ -181,7 +181,7 @@ static bool read_numbers(const reading *t)
     return good;
 }
 
-/* What it has of a mode, and whether its slips are transient. */
+/* The mode chooses its forces, and whether its slips are transient. */
 static bool read_mode(const reading *t, bool *transient)
 {
     static const char *const words[] = {"no", "yes"};
@@ -227,7 +227,7 @@ static void add_states(const reading *t)
                              t->tyre->place);
 }
 
-/* Which of the forms in use it has: implementations of the Magic Formula differ. */
+/* The form of its equations is said, because implementations of the Magic Formula differ. */
 static void say_form(const reading *t)
 {
     const kmp_tyre *tyre = t->tyre;

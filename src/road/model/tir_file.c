@@ -176,7 +176,7 @@ static void read_pair(source *s, const char *key, char *value)
         if (!is_equal(key, rows[k].key))
             continue;
         if (end == value || !isfinite(x))
-            complain(s, kmp_reader_say(s->r, "%s is no number:", key), value);
+            complain(s, kmp_reader_say(s->r, "%s is not a number:", key), value);
         else if (s->tir->given[k])
             complain(s, "the file has two values of", key);
         s->tir->value[k] = x;

@@ -2,7 +2,7 @@
 #include "road/tyre/magic_formula.h"
 #include "symbolic/function_table.h"
 
-/* What all parts share. */
+/* Values that all parts share. */
 typedef struct magic {
     kmp_graph *g;
     const kmp_tyre *tyre;
@@ -307,7 +307,7 @@ void kmp_magic_formula(kmp_graph *g, const kmp_tyre *tyre, const kmp_magic_slip 
     force->moment[1] = tyre->along ? resistance(&m, force) : KMP_ZERO;
 }
 
-/* MF 5.2; the sign of PTX3 is that of its manual. */
+/* MF 5.2; PTX3 has the sign of its manual. */
 void kmp_magic_relaxation(kmp_graph *g, const kmp_tyre *tyre, const kmp_magic_slip *slip, kmp_ref length[2])
 {
     const magic m = begin(g, tyre, slip);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The Magic Formula as expressions: Pacejka, Tire and Vehicle Dynamics, 3rd edition 2012, equations 4.E1 to 4.E78,
  * without pressure and turn slip (MF 6.1), and the form of PAC2002 and MF 5.2, whose camber terms contain gamma in
- * place of its sine and whose lateral shift is PHY3 gamma. Axes are those of ISO-W: a positive slip angle gives a
+ * place of its sine and whose lateral shift is PHY3 gamma. The axes are ISO-W: a positive slip angle gives a
  * negative force. */
 #pragma once
 

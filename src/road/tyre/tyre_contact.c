@@ -49,7 +49,7 @@ typedef struct rolling {
     kmp_ref friction;       /* factor of the file, or coefficient */
 } rolling;
 
-/* What the contact gives. */
+/* Forces of a contact. */
 typedef struct grip {
     kmp_ref force[3], moment[3]; /* along the axes of the contact, at its point */
     kmp_ref friction;            /* the coefficient */
@@ -57,7 +57,7 @@ typedef struct grip {
 
 /* -- geometry ------------------------------------------------------------------------------------------ */
 
-/* The height under the centre and its slope. The slope is that of a leaf, which the place then replaces. */
+/* The height under the centre and its slope. It is derived by a leaf, which the place then replaces. */
 static void find_height(const kmp_tree *tree, const kmp_force *force, kmp_ref x, kmp_ref *height, kmp_ref *slope)
 {
     kmp_graph *g = tree->graph;
@@ -262,7 +262,7 @@ static void find_grip(const rolling *c, grip *out)
 
 /* -- states of the slips ----------------------------------------------------------------------------------- */
 
-/* A relaxation length, at least a fiftieth of the radius: those of a file vanish with the load. */
+/* A relaxation length, at least a fiftieth of the radius: lengths by a file vanish with the load. */
 static kmp_ref at_least(const rolling *c, int number, kmp_ref length)
 {
     kmp_graph *g = c->tree->graph;
@@ -322,7 +322,7 @@ static void watch_all(const rolling *c)
               "below VXLOW, where its slips are damping");
     if (c->slope != KMP_ZERO)
         watch(c, STEEP, kmp_sub(g, kmp_const(g, STEEPEST * STEEPEST), kmp_mul(g, c->slope, c->slope)),
-              "on a slope above 0.3, where one point is no contact");
+              "on a slope above 0.3, too steep for a contact in one point");
     if (!c->tyre->tir)
         return;
     watch_range(c, BEYOND, c->load, KMP_TIR_FZMIN, "outside FZMIN .. FZMAX of its file");
