@@ -447,6 +447,42 @@ static void a_wheel_stands(void)
     unload(&l);
 }
 
+/* A wheel that only moves upwards: its joint carries the other forces and moments of the tyre, which are in the table
+ * of reactions as well. */
+static void joints_carry_tyres(void)
+{
+    loaded l = load_text_as(
+        "kempe: 1\nground: {points: {O: [0, 0, 0]}}\nroads: {street: {flat: ground.O}}\ntyres: {T: {on: "
+        "street, at: wheel.C, file: passenger_car_tyre.tir, vertical_damping: 0}}\nbodies: {wheel: {joint: "
+        "{prismatic: z, at: ground.O}, mass: 100, points: {C: [0, 0, 0]}}}\nstart: {q: {wheel: 0.293}}\n",
+        HERE);
+    kempe_trajectory *run = simulate(&l, &ways[0], 1e-6);
+    double force[6], reaction[3], moment[3];
+    show(run, "force(T)", 6, false, force);
+    show(run, "reaction(wheel)", 3, false, reaction);
+    show(run, "moment(wheel)", 3, false, moment);
+    CHECK_NEAR(force[UP], 4000, 1e-12);
+    CHECK(fabs(force[ALONG]) > 10 && fabs(force[ACROSS]) > 10 && fabs(force[MZ]) > 1);
+    CHECK_NEAR(reaction[0], -force[ALONG], 1e-12);
+    CHECK_NEAR(reaction[1], -force[ACROSS], 1e-12);
+    CHECK_NEAR(moment[0], -0.293 * force[ACROSS] - force[MX], 1e-12);
+    CHECK_NEAR(moment[1], 0.293 * force[ALONG] - force[MY], 1e-12);
+    CHECK_NEAR(moment[2], -force[MZ], 1e-12);
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_table(run, "reactions", &table) == KEMPE_OK);
+    bool found = false;
+    for (int k = 0; table && k < kempe_table_row_count(table); k++)
+        if (strcmp(kempe_table_word(table, k, 0), "T") == 0) {
+            CHECK_NEAR(kempe_table_number(table, k, kempe_table_find(table, "force")),
+                       sqrt(force[0] * force[0] + force[1] * force[1] + 16e6), 1e-6);
+            found = true;
+        }
+    CHECK(found);
+    kempe_table_free(table);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* The log has what is outside the range of a file, from the start on. */
 static void the_log_names_ranges(void)
 {
@@ -595,6 +631,7 @@ int main(void)
     TEST(derivatives_follow_parameters);
     TEST(instances_are_runs);
     TEST(a_wheel_stands);
+    TEST(joints_carry_tyres);
     TEST(the_log_names_ranges);
     TEST(units_of_a_file);
     TEST(refused_files);

@@ -200,7 +200,8 @@ static bool read_mode(const reading *t, bool *transient)
     tyre->combined = forces == 4;
     int choice = number >= 10;
     if (tyre->form == KMP_TYRE_BRUSH && forces != 0 && forces != 4)
-        return kmp_reader_complain(t->r, node->place, "%s: a brush model has the modes 0, 4, 10 and 14", t->what);
+        return kmp_reader_complain(t->r, node ? node->place : t->map->place,
+                                   "%s: a brush model has the modes 0, 4, 10 and 14", t->what);
     if (!read_choice(t->r, t->map, t->what, "transient", KMP_NAMES_OF(words), &choice))
         return false;
     *transient = choice > 0;

@@ -292,7 +292,7 @@ void kmp_magic_formula(kmp_graph *g, const kmp_tyre *tyre, const kmp_magic_slip 
     if (tyre->along)
         force->along = combined ? kmp_mul(g, longitudinal_weight(&m), x.force) : x.force;
     if (tyre->across) {
-        kmp_ref by_slip = combined ? ply_steer(&m, gamma, &y) : KMP_ZERO, pressed = y.force;
+        kmp_ref by_slip = combined ? ply_steer(&m, gamma, &y) : KMP_ZERO, pressed;
         force->across = y.force;
         if (combined)
             force->across = kmp_add(g, kmp_mul(g, lateral_weight(&m, gamma), y.force), by_slip);
