@@ -25,7 +25,7 @@ GROUPS = (  # title, examples; an example in no group is an error
     ("Robots", "parallel_robot stewart delta_robot excavator hydraulic_excavator cart_pole stick_slip jansen_walker robot_leg flexible_robot"),
     ("Drives", "crane scissor_lift gearbox planetary_gearbox clutch_start"),
     ("Rolling on surfaces", "bowling_ball"),
-    ("Cars", "quarter_car ride car_axis double_wishbone suspension half_shaft limousine"),
+    ("Cars", "quarter_car quarter_car_on_tyre ride car_axis double_wishbone suspension half_shaft limousine"),
     ("Wheels on rails", "cooperrider wheelset rolling_wheel restrained_wheelset manchester conicity manchester_vehicle curving bogie bogie_track tram flexible_car"),
 )
 

@@ -31,7 +31,7 @@ LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "MAYBE_STATE": "(STATE)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "TYRE": "(TYRE)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def number_lines(macro):
 
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
-            "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "gears": "gears.md", "ropes": "ropes.md", "drives": "drives.md",
+            "bodies": "bodies.md", "wheels": "wheels.md", "roads": "tyres.md", "tyres": "tyres.md", "joints": "graphs.md", "loops": "closures.md", "gears": "gears.md", "ropes": "ropes.md", "drives": "drives.md",
             "forces": "forces.md", "contacts": "contacts.md", "bearings": "bearings.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 
@@ -315,7 +315,7 @@ def without_page():
     """Tables of rows that no page shows."""
     shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
     wanted = {("keys", path.stem[:-5]) for path in generate_schema.key_tables()} - {("keys", "ground")}
-    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "contact", "state")}
+    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "tyre", "contact", "state")}
     return sorted(wanted - shown)
 
 

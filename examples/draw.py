@@ -930,6 +930,18 @@ def crane():
     return p
 
 
+def quarter_car_on_tyre():
+    """At the start."""
+    p = Picture("A quarter of a car on a tyre before a bump")
+    bump = [(0.45 + 1.2 * k / 24, 0.06 * (1 - math.cos(2 * math.pi * k / 24))) for k in range(25)]
+    p.body("body", (-0.35, 0.75), (0.35, 0.75), (0.35, 0.95), (-0.35, 0.95), colour=0, shift=(-8, -14))
+    p.curve("tyre", *[at((0, 0.293), math.pi * k / 24, (0.313, 0)) for k in range(49)], shift=(44, 4))
+    p.curve("", (0, 0.293), (0, 0.75))
+    p.curve("road", (-0.6, 0), *bump, (1.9, 0), shift=(40, -12))
+    p.pivot((0, 0.293), "wheel", False, (-52, -8))
+    return p
+
+
 def gearbox():
     """From above: shafts side by side, wheels as rectangles."""
     a1, a2 = 0.003 * 73 / (2 * math.cos(math.radians(15))), 0.004 * 76 / (2 * math.cos(math.radians(12)))
@@ -1046,7 +1058,7 @@ PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, br
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
             flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
-            scissor_lift, clutch_start)
+            scissor_lift, clutch_start, quarter_car_on_tyre)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -38,7 +38,7 @@ def rows(table, macro):
 
 def key_tables():
     """The tables of keys, those of wheels on rails too."""
-    return [path for folder in ("model", "rail") for path in sorted((ROOT / "src" / folder / "keys").glob("*_keys.def"))]
+    return [path for folder in ("model", "rail", "road") for path in sorted((ROOT / "src" / folder / "keys").glob("*_keys.def"))]
 
 
 class Key:
@@ -314,6 +314,8 @@ def plain_definitions():
         "wheel": wheel(),
         "sensor": optional_expression(),
         "algebraic": {"anyOf": [*optional_expression()["anyOf"], keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
+        "road": keyed("road"),
+        "tyre": keyed("tyre", model={"enum": ["brush"]}, side={"enum": ["left", "right"]}, slip_angle={"enum": ["angle", "tangent"]}),
         "include": keyed("include"),
         "start": start(),
         "run": run(),
@@ -322,7 +324,7 @@ def plain_definitions():
 
 def sections():
     """Schemas of the sections of a model."""
-    entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
+    entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "roads": "road", "tyres": "tyre", "joints": "edge",
                "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "sensor"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),

@@ -711,13 +711,17 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 {
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
-        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink || c->s->events.condition[k].told;
+        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink ||
+              c->s->events.condition[k].told || c->s->events.condition[k].at_start;
     *ends = false;
     if (!any)
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, t));
     kmp_event_tracker_hold_free(c, NULL, c->change);
     event_tracker_tell(c, t, c->change);
+    for (int k = 0; k < c->s->events.count; k++)
+        if (c->s->events.condition[k].at_start && c->change[k] < 0)
+            kmp_run_log_add(c->plan.log, "event", t, NAN, NAN, "%s at the start", c->s->event_text[k]);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;

@@ -71,7 +71,7 @@ void kmp_program_cache_free(kmp_program_cache *kept)
 
 void kmp_program_cache_set_key(kempe_system *s, const char *algorithm)
 {
-    static const char format[] = "system 3"; /* of the bytes of all parts: changes with them */
+    static const char format[] = "system 4"; /* of the bytes of all parts: changes with them */
     const kempe_model *model = s->model;
     kmp_digest digest;
     kmp_digest_begin(&digest);

@@ -7,6 +7,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/data/tyre.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
 #include "output/print.h"
@@ -182,9 +183,8 @@ static void add_closure(kmp_reactions *r, int c)
 kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, const kmp_all_loads *loads, bool drives)
 {
     const kempe_model *model = system->model;
-    *r = (kmp_reactions){
-        .system = system, .loads = KMP_LOAD_VALUES * (model->closure_count + loads->joints), .not_unique = ""};
-    r->of = KMP_ARENA_NEW(&r->arena, kmp_reaction, model->body_count + model->closure_count);
+    *r = (kmp_reactions){.system = system, .loads = kmp_all_loads_count(loads, model), .not_unique = ""};
+    r->of = KMP_ARENA_NEW(&r->arena, kmp_reaction, model->body_count + model->closure_count + model->tyre_count);
     r->last = KMP_ARENA_NEW(&r->arena, double, r->loads + 1);
     for (int b = 1, k = 0; r->of && b < model->body_count; b++) { /* loads->joint has increasing bodies */
         const bool known = k < loads->joints && loads->joint[k] == b;
@@ -195,6 +195,12 @@ kempe_status kmp_reactions_init(kmp_reactions *r, const kempe_system *system, co
         const kmp_closure *closure = &model->closures[c];
         if (is_listed(closure) && (drives || !kmp_closure_is_drive(closure)))
             add_closure(r, c);
+    }
+    for (int k = 0; r->of && k < loads->tyres; k++) {
+        kmp_reaction *made = add(r, model->tyres[k].name, "tyre");
+        made->place = model->closure_count + loads->joints + k;
+        made->has[0] = made->has[1] = true;
+        made->note = "force and moment on the wheel, along the axes of its contact";
     }
     return kmp_made(system->context, !r->arena.failed);
 }
@@ -258,7 +264,7 @@ kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared
 {
     kmp_text names = {0};
     for (kmp_reaction *of = r->of; shared->told && of < r->of + r->count; of++)
-        for (int i = 0; i < KMP_LOAD_SIZE; i++)
+        for (int i = 0; i < KMP_LOAD_SIZE && (of->body >= 0 || of->closure >= 0); i++)
             if ((of->body >= 0 ? shared->of_body[of->body] : shared->of_closure[of->closure])[i])
                 of->shared |= 1u << i;
     if (shared->told)

@@ -19,7 +19,7 @@ void kmp_reaction_peak_take(kmp_reaction_peak *peak, double t, double size, cons
 
 typedef struct kmp_reaction {
     const char *name, *kind; /* "joint": of the tree; otherwise the word of a closure */
-    int body, closure;       /* whose it is; -1 */
+    int body, closure;       /* whose it is; -1: of the other, or of a tyre */
     int place;               /* of its load in kmp_all_loads; -1: it is not known */
     bool has[2], effort;     /* a force, a moment; effort: one number along coordinates, x[0] */
     kmp_reaction_peak peak[2];

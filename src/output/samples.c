@@ -4,11 +4,13 @@
 #include "base/memory.h"
 #include "dynamics/closures.h"
 #include "dynamics/equations.h"
+#include "dynamics/forces/forces.h"
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/program_cache.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/data/tyre.h"
 #include "symbolic/program_bytes.h"
 #include <math.h>
 #include <stdbool.h>
@@ -139,12 +141,30 @@ void kmp_samples_limit(kmp_samples *table, double t_end)
 
 /* -- loads ----------------------------------------------------------------------------------------------- */
 
+int kmp_all_loads_count(const kmp_all_loads *loads, const kempe_model *model)
+{
+    return KMP_LOAD_VALUES * (model->closure_count + loads->joints + loads->tyres);
+}
+
 /* The load of the joint of a body, behind the ones before it. */
 static void add_joint(kmp_all_loads *loads, const kmp_tree *tree, int body, kmp_ref *out)
 {
     for (int k = 0; k < KMP_LOAD_VALUES; k++)
         out[KMP_LOAD_VALUES * loads->joints + k] = kmp_joint_load(tree, body, k >= 3).x[k % 3];
     loads->joint[loads->joints++] = body;
+}
+
+/* The forces of all tyres, behind the joints. */
+static void add_tyres(const kmp_all_loads *loads, const kmp_tree *tree, kmp_ref *out)
+{
+    const kempe_model *model = tree->model;
+    kmp_forces forces;
+    for (int k = 0; k < loads->tyres; k++) {
+        const int of = model->tyres[k].force;
+        kmp_forces_init(&forces, tree, 0, &model->forces[of]);
+        for (int i = 0; forces.value && i < KMP_LOAD_VALUES; i++)
+            out[KMP_LOAD_VALUES * k + i] = forces.value[KMP_FORCE_WIDTH * of + i];
+    }
 }
 
 /* The forces of bearings, by loads of their joints that are inputs. */
@@ -166,7 +186,8 @@ static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_
 {
     const kempe_model *model = system->model;
     const int closures = KMP_LOAD_VALUES * model->closure_count;
-    kmp_ref *out = KMP_ARENA_NEW(&loads->arena, kmp_ref, closures + KMP_LOAD_VALUES * model->body_count);
+    kmp_ref *out =
+        KMP_ARENA_NEW(&loads->arena, kmp_ref, closures + KMP_LOAD_VALUES * (model->body_count + loads->tyres));
     KMP_TRY(kmp_made(system->context, out));
     KMP_TRY(kmp_joint_loads_begin(eq, true));
     for (int k = 0; k < closures; k++)
@@ -176,7 +197,8 @@ static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_
             kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
             add_joint(loads, &eq->tree, b, out + closures);
     kmp_joint_loads_end(eq);
-    bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
+    add_tyres(loads, &eq->tree, out + closures + (ptrdiff_t)KMP_LOAD_VALUES * loads->joints);
+    bool ok = kmp_formulas_init(&loads->formulas, eq->graph, kmp_all_loads_count(loads, model), out,
                                 kmp_backend_find("tape"), system->parameters);
     ok = ok && (loads->bearing_count == 0 || derive_bearings(loads, &eq->tree, system->parameters));
     return kmp_made(system->context, ok);
@@ -259,7 +281,7 @@ static kempe_status make(kmp_all_loads *loads, const kempe_system *system)
 static kempe_status begin(kmp_all_loads *loads, const kempe_system *system)
 {
     const kempe_model *model = system->model;
-    *loads = (kmp_all_loads){.bearing_count = model->bearing_count};
+    *loads = (kmp_all_loads){.bearing_count = model->bearing_count, .tyres = model->tyre_count};
     loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
     loads->bearing = KMP_ARENA_NEW(&loads->arena, int, model->bearing_count + 1);
     loads->carried = KMP_ARENA_NEW(&loads->arena, double, KMP_LOAD_VALUES * model->bearing_count + 1);

@@ -61,6 +61,7 @@ enum { KMP_LOAD_VALUES = 6 }; /* a force, and a moment about the point of the se
 
 typedef struct kmp_all_loads {
     int joints, *joint; /* bodies whose joints have a separate load, in the order of the model */
+    int tyres;          /* tyres of the model, whose forces and moments are along the axes of their contacts */
     kmp_formulas formulas;
     int bearing_count;     /* pairs of bearings of the model */
     int *bearing;          /* of each, the place of the load of its joint; -1: it is not known */
@@ -73,8 +74,13 @@ typedef struct kmp_all_loads {
 kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system);
 void kmp_all_loads_free(kmp_all_loads *loads);
 
-/** KMP_LOAD_VALUES of each closure, then of each of `joint`; qd and qdd count where there are joints. */
+/** KMP_LOAD_VALUES of each closure, then of each of `joint`, then of each tyre; qd and qdd count where there are
+ * joints.
+ */
 const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at);
+
+/** The number of values of kmp_all_loads_at. */
+int kmp_all_loads_count(const kmp_all_loads *loads, const kempe_model *model);
 
 /** KMP_BEARING_VALUES of each pair of bearings at an instant, by all loads there (`values`, as kmp_all_loads_at gives
  * them, or shared otherwise). Valid until the next call. */

@@ -17,6 +17,8 @@ static void read_sections(kmp_reader *r, kmp_reader_stage stage)
     case KMP_READ_AFTER_TABLES:
         kmp_read_profiles(r);
         break;
+    case KMP_READ_WITH_STATES:
+        break;
     case KMP_READ_AFTER_STATES:
         kmp_read_tracks(r);
         kmp_read_wheels(r);

@@ -126,7 +126,8 @@ static void choose(chosen *c, const kmp_joint_arrows *arrows, const kmp_drawing 
 {
     const kmp_reactions *r = arrows->of;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
-        const bool is_force = of->place >= 0 && of->has[0] && !of->effort; /* in space */
+        const bool is_force =
+            of->place >= 0 && of->has[0] && !of->effort && (of->body >= 0 || of->closure >= 0); /* in space */
         if (!is_force || !(of->peak[0].size > 0))
             continue;
         const kmp_drawn_point at = place_of(drawing, r->system->model, of);

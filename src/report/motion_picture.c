@@ -14,6 +14,7 @@
 #include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
@@ -443,18 +444,19 @@ static double axis_at(const kmp_point *point, int i, int k)
     return point->turned ? point->axes[i][k] : i == k;
 }
 
-static void put_disc(kmp_json *json, const picture *p, const kmp_wheel *wheel)
+/* A wheel that turns about y of its point. */
+static void put_disc(kmp_json *json, const picture *p, int point, double radius)
 {
-    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, wheel->point);
+    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, point);
     double axis[3];
     if (at.body < 0)
         return;
     for (int i = 0; i < 3; i++)
-        axis[i] = axis_at(&p->model->points[wheel->point], i, 1);
+        axis[i] = axis_at(&p->model->points[point], i, 1);
     kmp_json_put(json, "{ body %d", at.body);
     kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
-    kmp_json_put(json, "radius %.7g }", wheel->radius.value);
+    kmp_json_put(json, "radius %.7g }", radius);
 }
 
 /* -- gears ------------------------------------------------------------------------------------------- */
@@ -697,7 +699,9 @@ static void put_railway(kmp_json *json, const picture *p)
     const kempe_model *model = p->model;
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
-        put_disc(json, p, &model->wheels[w]);
+        put_disc(json, p, model->wheels[w].point, model->wheels[w].radius.value);
+    for (int w = 0; w < model->tyre_count; w++)
+        put_disc(json, p, model->tyres[w].point, model->tyres[w].radius.value);
     put_gears(json, p);
     put_sheaves(json, p);
     kmp_json_put(json, "] rails [");
@@ -755,6 +759,46 @@ static void put_side(kmp_json *json, const picture *p, const kmp_force *force, i
     kmp_json_put(json, "radius %.7g hollow %i }", force->touch.radius[k].value, side->hollow);
 }
 
+enum { ROAD_PIECES = 4, MOST_KNOTS = 500 }; /* points between two of a table; a table with more is not drawn */
+
+/* A height by a table, as a curve in the plane of `along` and the normal. */
+static void put_height(kmp_json *json, const picture *p, const kmp_road *road)
+{
+    const kmp_expr *height = road->height;
+    const kmp_table *table = height->kind == KMP_EXPR_TABLE && height->table && height->a->kind == KMP_EXPR_PLACE
+                                 ? height->table->table
+                                 : NULL;
+    if (!table || table->count > MOST_KNOTS || !begin_surface(json, p, "curve", road->name, road->point))
+        return;
+    kmp_json_array(json, "points");
+    for (int k = 0; k <= ROAD_PIECES * (table->count - 1); k++) {
+        const int i = k / ROAD_PIECES, next = i + 1 < table->count ? i + 1 : i;
+        double place[3] = {0, 0, 0}, out[3];
+        place[road->along] = table->x[i] + (table->x[next] - table->x[i]) * (k % ROAD_PIECES) / ROAD_PIECES;
+        place[road->normal] = kmp_table_value(table, 0, place[road->along]);
+        to_body(p->model, road->point, place, out);
+        kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+    }
+    kmp_json_put(json, "] }");
+}
+
+/* A flat road as a plane, another one as a curve. */
+static void put_road(kmp_json *json, const picture *p, const kmp_road *road)
+{
+    const kmp_point *point = &p->model->points[road->point];
+    double axis[3];
+    if (road->height) {
+        put_height(json, p, road);
+        return;
+    }
+    if (!begin_surface(json, p, "plane", road->name, road->point))
+        return;
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(point, i, road->normal);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_put(json, "radius %.7g hollow %i }", 0.0, false);
+}
+
 /* Of contacts both sides; of points on curves the curve of a table, or the point that runs along any other. */
 static void put_surfaces(kmp_json *json, const picture *p)
 {
@@ -766,6 +810,8 @@ static void put_surfaces(kmp_json *json, const picture *p)
         for (int k = 0; k < 2 && touches && !force->touch.gap && force->touch.motion < 0; k++)
             put_side(json, p, force, k);
     }
+    for (int k = 0; k < model->road_count; k++)
+        put_road(json, p, &model->roads[k]);
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_drawn_point runner = closure->kind == KMP_CLOSURE_point_on_curve

@@ -10,7 +10,9 @@
 #include "model/data/force_table.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
+#include "model/data/numbers.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/flexible/beam.h"
 #include "model/language/expression_value.h"
 #include "testing.h"
@@ -242,6 +244,11 @@ static void change_model(const kmp_code_source *kept, const kempe_model *model)
         change_rope(kept, model, &model->ropes[k]);
     for (int k = 0; k < model->force_count; k++)
         change_force(kept, model, &model->forces[k]);
+    for (int k = 0; k < model->road_count; k++)
+        change(kept, model, &model->roads[k].friction);
+    for (int k = 0; k < model->tyre_count; k++)
+        for (int f = 0; f < KMP_TYRE_FIELDS; f++)
+            change(kept, model, kmp_tyre_get(&model->tyres[k], f));
     for (int k = 0; k < model->motion_count; k++)
         change(kept, model, &model->start.q[k]);
     for (int k = 0; k < model->unknowns_count; k++)

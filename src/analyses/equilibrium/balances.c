@@ -169,12 +169,12 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     kmp_formulas_renew(&e->loads.formulas, s->parameters);
     const kmp_instant at = {
         .t = linear->t, .q = b->q, .qd = b->qd, .qdd = zero, .lambda = lambda, .inputs = &linear->eval->inputs};
-    const int count = s->model->closure_count + e->loads.joints;
+    const int count = kmp_all_loads_count(&e->loads, s->model);
     b->not_unique = "";
-    b->reaction = KMP_ARENA_NEW(&e->arena, double, KMP_LOAD_VALUES *count);
+    b->reaction = KMP_ARENA_NEW(&e->arena, double, count);
     KMP_TRY(kmp_made(s->context, b->reaction));
     if (count > 0)
-        memcpy(b->reaction, kmp_all_loads_at(&e->loads, &at), KMP_LOAD_VALUES * (size_t)count * sizeof *b->reaction);
+        memcpy(b->reaction, kmp_all_loads_at(&e->loads, &at), (size_t)count * sizeof *b->reaction);
     return KEMPE_OK;
 }
 

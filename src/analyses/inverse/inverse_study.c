@@ -372,7 +372,7 @@ static kempe_status prepare(job *j)
     KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
     KMP_TRY(kmp_reactions_init(&r->reactions, j->system, &j->loads, false));
     r->reactions.least_norm = r->least_norm;
-    j->load = KMP_ARENA_NEW(&j->arena, double, KMP_LOAD_VALUES *(j->system->model->closure_count + r->joints) + 1);
+    j->load = KMP_ARENA_NEW(&j->arena, double, kmp_all_loads_count(&j->loads, j->system->model) + 1);
     KMP_TRY(kmp_made(j->context, j->load));
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
@@ -455,7 +455,7 @@ static kempe_status keep_row(job *j)
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
             *lambda++ = v->lambda[k];
-    const size_t loads = KMP_LOAD_VALUES * (size_t)(j->system->model->closure_count + r->joints);
+    const size_t loads = (size_t)kmp_all_loads_count(&j->loads, j->system->model);
     if (loads > 0)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
     if (r->least_norm)

@@ -555,6 +555,13 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     return holds;
 }
 
+void kmp_tree_log_at_start(const kmp_tree *tree, const void *of, int number)
+{
+    const int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, of, number) : -1;
+    if (k >= 0)
+        tree->conditions.events->condition[k].at_start = true;
+}
+
 void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
                   const char *format, ...)
 {

@@ -52,6 +52,7 @@ typedef struct kmp_force {
     int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
                   * components,  whose forces follow each other; 0: the slip has one */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
+    int tyre;    /* of a tyre's contact, likewise; vector[0]: the height of its road over x and t, or NULL */
     const struct kmp_compliant *compliant; /* COMPLIANT: model/data/compliant.h */
     const kmp_expr *centred[3]; /* of a joint with clearance: lengths over the clearance that are zero where it is
                                  * centred; NULL: none further */

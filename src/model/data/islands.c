@@ -202,7 +202,8 @@ static void walk_closure(walk *w, kmp_closure *c)
 
 static void walk_force(walk *w, kmp_force *f)
 {
-    w->apart = w->apart && f->kind != KMP_FORCE_WHEEL && f->kind != KMP_FORCE_COMPLIANT && f->kind != KMP_FORCE_STATE;
+    w->apart = w->apart && f->kind != KMP_FORCE_WHEEL && f->kind != KMP_FORCE_TYRE && f->kind != KMP_FORCE_COMPLIANT &&
+               f->kind != KMP_FORCE_STATE;
     f->motion = to_motion(w, f->motion);
     f->effort = to_expr(w, f->effort);
     f->holding_effort = to_expr(w, f->holding_effort);
@@ -426,7 +427,8 @@ static kempe_status find(kmp_islands *all, const kempe_model *m, kmp_arena *scra
 {
     const int elements = m->body_count + m->closure_count + m->force_count;
     const bool whole = m->state_count > 0 || m->delay_count > 0 || m->wheel_count > 0 || m->track_count > 0 ||
-                       m->flexible_count > 0 || m->run.until_count > 0; /* something belongs to the whole */
+                       m->tyre_count > 0 || m->flexible_count > 0 ||
+                       m->run.until_count > 0; /* something belongs to the whole */
     walk w = {.m = m, .apart = !whole};
     int *part, *number, *order, *first;
     bool *modes;

@@ -79,6 +79,10 @@ struct kempe_model {
     int track_count;
     kmp_wheel *wheels;
     int wheel_count;
+    struct kmp_road *roads; /* (tyre.h) */
+    int road_count;
+    struct kmp_tyre *tyres;
+    int tyre_count;
     kmp_body *bodies; /* bodies[0] is "ground" */
     int body_count;   /* ground included */
     kmp_flexible *flexibles;

@@ -6,6 +6,7 @@
 #include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include <stddef.h>
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
@@ -15,6 +16,17 @@ const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
 #include "model/data/wheel_numbers.def"
 #undef KMP_WHEEL_NUMBER
 };
+
+const kmp_wheel_field kmp_tyre_fields[KMP_TYRE_FIELDS] = {
+#define KMP_TYRE_NUMBER(member, rule) {#member, offsetof(kmp_tyre, member), KMP_FIELD_##rule},
+#include "model/data/tyre_numbers.def"
+#undef KMP_TYRE_NUMBER
+};
+
+const kmp_number *kmp_tyre_get(const kmp_tyre *tyre, int field)
+{
+    return (const kmp_number *)(const void *)((const char *)tyre + kmp_tyre_fields[field].offset);
+}
 
 typedef struct walk {
     kmp_number_visit *visit;
@@ -119,6 +131,11 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
             visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,
                   (const kmp_number *)(const void *)((const char *)&model->wheels[k] + kmp_wheel_fields[f].offset));
+    for (int k = 0; k < model->road_count; k++)
+        visit(&w, model->roads[k].name, "friction", 1, &model->roads[k].friction);
+    for (int k = 0; k < model->tyre_count; k++)
+        for (int f = 0; f < KMP_TYRE_FIELDS; f++)
+            visit(&w, model->tyres[k].name, kmp_tyre_fields[f].key, 1, kmp_tyre_get(&model->tyres[k], f));
     for (int k = 0; k < model->state_count; k++)
         if (model->states[k].delay.value > 0)
             visit(&w, model->states[k].name, "time", 1, &model->states[k].delay);

@@ -26,5 +26,16 @@ enum {
 };
 extern const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS];
 
+/** Numbers of a tyre: the rows of tyre_numbers.def; offsets in kmp_tyre. */
+enum {
+#define KMP_TYRE_NUMBER(member, rule) KMP_TYRE_##member,
+#include "model/data/tyre_numbers.def"
+#undef KMP_TYRE_NUMBER
+    KMP_TYRE_FIELDS
+};
+extern const kmp_wheel_field kmp_tyre_fields[KMP_TYRE_FIELDS];
+struct kmp_tyre;
+const kmp_number *kmp_tyre_get(const struct kmp_tyre *tyre, int field);
+
 /** Elements of a tensor of inertia, as the keys of a body name them. */
 extern const char *const kmp_inertia_names[6];

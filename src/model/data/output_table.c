@@ -6,6 +6,7 @@
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #define KMP_OUTPUT(kind, word, argument, width, unit, meaning) {word, unit, KMP_OUTPUT_OF_##argument, width},
@@ -122,6 +123,8 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
         return KMP_NAMED(model, bearing);
     case KMP_OUTPUT_OF_WHEEL:
         return KMP_NAMED(model, wheel);
+    case KMP_OUTPUT_OF_TYRE:
+        return KMP_NAMED(model, tyre);
     case KMP_OUTPUT_OF_ROPE:
         return KMP_NAMED(model, rope);
     case KMP_OUTPUT_OF_SHEAVE:
@@ -178,6 +181,10 @@ static const char *const guidance_units[] = {"N", "N", "", "N"};
 /* Outputs of the place of a wheel. */
 static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
 
+/* Outputs of the contact of a tyre. */
+static const char *const tyre_words[KMP_TYRE_SHOWN] = {"kappa", "alpha", "gamma", "rho", "Re", "mu"};
+static const char *const tyre_units[KMP_TYRE_SHOWN] = {"", "rad", "rad", "m", "m", ""};
+
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
@@ -205,6 +212,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", guidance_words[k]);
     else if (output->kind == KMP_OUTPUT_POSE)
         kmp_text_printf(text, ".%s", pose_words[k]);
+    else if (output->kind == KMP_OUTPUT_TYRE_CONTACT)
+        kmp_text_printf(text, ".%s", tyre_words[k]);
     else if (force && force->kind == KMP_FORCE_COMPLIANT)
         kmp_text_printf(text, ".%s", pressing_number(force, k)->word);
     else if (force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
@@ -237,6 +246,8 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
         return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
     if (output->kind == KMP_OUTPUT_GUIDANCE)
         return guidance_units[k];
+    if (output->kind == KMP_OUTPUT_TYRE_CONTACT)
+        return tyre_units[k];
     if (output->kind == KMP_OUTPUT_POSE)
         return k < 2 ? "m" : "";
     if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT) {

@@ -23,6 +23,7 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_SENSOR,
     KMP_OUTPUT_OF_BEARING,
     KMP_OUTPUT_OF_WHEEL,
+    KMP_OUTPUT_OF_TYRE,
     KMP_OUTPUT_OF_ROPE,
     KMP_OUTPUT_OF_SHEAVE /* of a rope: its place is in kmp_output.about, from 1 */
 } kmp_output_argument;

@@ -10,6 +10,7 @@
 #include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -317,6 +318,8 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
             m->forces[k].matrix = COPY(v, m->forces[k].matrix, 1, 0);
     m->bearings = COPY(v, m->bearings, m->bearing_count, 0);
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
+    m->roads = COPY(v, m->roads, m->road_count, 0);
+    m->tyres = COPY(v, m->tyres, m->tyre_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
     copy_ropes(v);

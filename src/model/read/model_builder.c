@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/tyre.h"
 #include "model/files/nodes.h"
 #include "model/read/reader.h"
 #include <math.h>
@@ -503,5 +504,7 @@ kempe_status kempe_model_finish(kempe_model *model)
         model->forces[i].place = (kmp_place){0};
     for (int i = 0; i < model->wheel_count; i++)
         model->wheels[i].place = (kmp_place){0};
+    for (int i = 0; i < model->tyre_count; i++)
+        model->tyres[i].place = (kmp_place){0};
     return KEMPE_OK;
 }

@@ -6,6 +6,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "model/read/segments.h"
@@ -30,10 +31,11 @@ void kmp_read_sensors(kmp_reader *r)
 
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
-    static const char *const kinds[] = {
-        [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",  [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
-        [KMP_OUTPUT_OF_FORCE] = "force",      [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel",
-        [KMP_OUTPUT_OF_BEARING] = "bearings", [KMP_OUTPUT_OF_ROPE] = "rope",     [KMP_OUTPUT_OF_SHEAVE] = "rope"};
+    static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",   [KMP_OUTPUT_OF_LOOP] = "loop",
+                                        [KMP_OUTPUT_OF_MAYBE_STATE] = "state", [KMP_OUTPUT_OF_FORCE] = "force",
+                                        [KMP_OUTPUT_OF_SENSOR] = "sensor",     [KMP_OUTPUT_OF_WHEEL] = "wheel",
+                                        [KMP_OUTPUT_OF_TYRE] = "tyre",         [KMP_OUTPUT_OF_BEARING] = "bearings",
+                                        [KMP_OUTPUT_OF_ROPE] = "rope",         [KMP_OUTPUT_OF_SHEAVE] = "rope"};
     const char *kind = kinds[row->argument];
     const kmp_output_argument of = row->argument == KMP_OUTPUT_OF_SHEAVE ? KMP_OUTPUT_OF_ROPE : row->argument;
     kmp_name_list names = kmp_output_names(r->model, of);
@@ -95,6 +97,8 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
 {
     if (kind <= KMP_OUTPUT_QDD && kmp_cut_coordinate_find(r->model, name) >= 0)
         return KMP_OUTPUT_CUT_Q + kind - KMP_OUTPUT_Q;
+    if (kind == KMP_OUTPUT_CONTACT && kmp_name_find(KMP_NAMED(r->model, tyre), name) >= 0)
+        return KMP_OUTPUT_TYRE_CONTACT;
     bool loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
     if (!loop || kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0 || kmp_joint_find(r->model, name) < 0)
         return kind;

@@ -11,6 +11,7 @@
 #include "model/read/read_compliant.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
+#include "model/read/reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -576,7 +577,7 @@ static const char *name_of(kmp_reader *r, const block *b, int i)
     return kmp_arena_printf(&r->model->arena, "%s.%d", b->name, i + 1);
 }
 
-static void add_state(kmp_reader *r, const char *name, kmp_place place)
+void kmp_reader_add_state(kmp_reader *r, const char *name, kmp_place place)
 {
     kempe_model *model = r->model;
     kmp_state *states = kmp_arena_room(&model->arena, model->states, model->state_count, sizeof *states);
@@ -640,7 +641,7 @@ static void add_block(kmp_reader *r, const kmp_section *s)
     b->rate = KMP_ARENA_NEW(&r->scratch, const kmp_expr *, b->count);
     b->first = r->model->state_count;
     for (int i = 0; i < b->count && !r->model->arena.failed; i++)
-        add_state(r, name_of(r, b, i), b->place);
+        kmp_reader_add_state(r, name_of(r, b, i), b->place);
     if (b->direct) {
         /* The value of a block is a variable of the model, before the algebraic ones. */
         b->output = r->model->unknowns_count;
@@ -667,13 +668,15 @@ void kmp_read_states(kmp_reader *r)
             kmp_reader_complain(r, place, "a state cannot have the name '%s', which a coordinate has", name);
         add_block(r, &s);
     }
-    /* Each contact whose law depends on the rate at its beginning has a state. These are the last states. */
+    /* Elements may have states: each contact whose law depends on the rate at its beginning. These are the last states.
+     */
     const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
-    r->first_contact_state = r->model->state_count;
+    r->first_element_state = r->model->state_count;
+    kmp_read_wings(r, KMP_READ_WITH_STATES);
     for (int k = 0; contacts && contacts->kind == KMP_YAML_MAP && k < contacts->count; k++)
         if (kmp_contact_keeps_rate(contacts->items[k]))
-            add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
-                      contacts->keys[k]->place);
+            kmp_reader_add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
+                                 contacts->keys[k]->place);
     r->first_algebraic = model->unknowns_count;
 }
 
@@ -731,6 +734,6 @@ void kmp_add_state_rates(kmp_reader *r)
         for (int i = 0; b->rate && !r->model->arena.failed && i < b->count; i++)
             add_rate(r, b->first + i, b->rate[i]);
     }
-    for (int k = r->first_contact_state; k < r->model->state_count; k++)
+    for (int k = r->first_element_state; k < r->model->state_count; k++)
         add_rate(r, k, zero(r));
 }

@@ -105,13 +105,18 @@ static bool has_reader(const char *section)
 /* A section that this build of the library cannot read is an error: nothing of a model is left out in silence. */
 static void refuse_sections_without_wing(kmp_reader *r)
 {
-    static const char *const sections[] = {"profiles", "tracks", "wheels"};
+    static const struct {
+        const char *name, *lacks, *option;
+    } sections[] = {{"profiles", "wheels on rails", "RAIL"},
+                    {"tracks", "wheels on rails", "RAIL"},
+                    {"wheels", "wheels on rails", "RAIL"},
+                    {"roads", "tyres on roads", "ROAD"},
+                    {"tyres", "tyres on roads", "ROAD"}};
     for (size_t k = 0; k < sizeof sections / sizeof *sections; k++) {
-        const kmp_yaml *section = kmp_yaml_get(r->root, sections[k]);
-        if (section && !has_reader(sections[k]))
-            kmp_reader_complain(r, section->place,
-                                "%s: this build of Kempe has no wheels on rails; configure it with -DKEMPE_RAIL=ON",
-                                sections[k]);
+        const kmp_yaml *section = kmp_yaml_get(r->root, sections[k].name);
+        if (section && !has_reader(sections[k].name))
+            kmp_reader_complain(r, section->place, "%s: this build of Kempe has no %s; configure it with -DKEMPE_%s=ON",
+                                sections[k].name, sections[k].lacks, sections[k].option);
     }
 }
 

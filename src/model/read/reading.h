@@ -77,7 +77,7 @@ typedef struct kmp_reader {
     struct kmp_flexible_reading *flexibles; /* of the flexible bodies of the model */
     struct kmp_function_block *blocks;      /* the entries of `states`, whose laws are read when they are needed */
     int first_algebraic;                    /* of the model's variables: those before it are values of blocks */
-    int first_contact_state;                /* of the states that contacts have, the last ones */
+    int first_element_state;                /* of the states of wings and contacts, the last ones, without rates here */
     int block_count, block_level;           /* level: blocks that are being read, each for the one before */
     bool wrong;                             /* an error was reported */
     bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */
@@ -206,9 +206,10 @@ typedef struct kmp_shape_owner {
 /* -- sections that wings read ------------------------------------------------------------------------- */
 
 /** The places of the reading where a wing (base/wings.h) may add to the model. Closures and forces that it adds have
- * room: one a wheel of the model. */
+ * room: one a wheel and a tyre of the model. */
 typedef enum kmp_reader_stage {
     KMP_READ_AFTER_TABLES,
+    KMP_READ_WITH_STATES, /* states that elements of a wing have: kmp_reader_add_state */
     KMP_READ_AFTER_STATES,
     KMP_READ_AFTER_CLOSURES,
     KMP_READ_AFTER_FORCES

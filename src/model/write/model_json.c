@@ -394,6 +394,8 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         kmp_json_string(json, "contact", model->forces[force->contact - 1].name);
     else if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
+    else if (force->kind == KMP_FORCE_TYRE)
+        kmp_json_string(json, "tyre", force->name);
     else if (force->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[force->motion].name);
     else if (force->sliding)
@@ -415,7 +417,9 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         kmp_json_put(json, "axis %s", kmp_axis_names[force->axis]);
     if (force->holding_effort)
         put_expr(json, "static", model, force->holding_effort);
-    if (force->vector[0] && force->kind != KMP_FORCE_TOUCH)
+    if (force->kind == KMP_FORCE_TYRE && force->vector[0])
+        put_expr(json, "height", model, force->vector[0]);
+    else if (force->vector[0] && force->kind != KMP_FORCE_TOUCH)
         put_exprs(json, force->kind == KMP_FORCE_CYLINDER ? "pressures" : "components", model,
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }

@@ -323,6 +323,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_text_printf(text, "  %s: ", force->name);
     if (force->kind == KMP_FORCE_WHEEL) {
         kmp_text_put(text, "wheel");
+    } else if (force->kind == KMP_FORCE_TYRE) {
+        kmp_text_put(text, "tyre");
     } else if (force->kind == KMP_FORCE_TOUCH) {
         kmp_pair_show(text, model, &force->touch);
     } else if (force->contact > 0) {
@@ -363,7 +365,7 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         put_expr(text, " = ", model, force->effort);
     if (force->holding_effort)
         put_expr(text, ", static ", model, force->holding_effort);
-    const bool shown = force->kind != KMP_FORCE_TOUCH && force->vector[0];
+    const bool shown = force->kind != KMP_FORCE_TOUCH && force->kind != KMP_FORCE_TYRE && force->vector[0];
     for (int k = 0; k < 3 && shown && force->vector[k]; k++)
         put_expr(text, k > 0 ? ", " : " = [", model, force->vector[k]);
     kmp_text_put(text, shown ? "]\n" : "\n");

@@ -234,6 +234,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_STRESS,
                                                             KMP_OUTPUT_CONTACT,
                                                             KMP_OUTPUT_GUIDANCE,
+                                                            KMP_OUTPUT_TYRE_CONTACT,
                                                             KMP_OUTPUT_POSE,
                                                             KMP_OUTPUT_MOMENTUM,
                                                             KMP_OUTPUT_ANGULAR_MOMENTUM,
@@ -241,7 +242,7 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count +
+               3 * model->cut_coordinate_count + 7 * model->point_count + 3 * model->wheel_count + model->tyre_count +
                2 * model->rope_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));

@@ -1,0 +1,337 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Lines of a tyre property file are [SECTION], KEY = value or KEY = 'word'; $ and ! begin comments, and braces a head
+ * of a table. Numbers are in the units of the section UNITS. The form of the equations follows from FITTYP, or from
+ * PROPERTY_FILE_FORMAT. */
+#include "road/model/tir_file.h"
+#include "base/memory.h"
+#include "model/read/read_include.h"
+#include "model/read/read_tables.h"
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum tir_dimension {
+    TIR_NUMBER,
+    TIR_FORCE,
+    TIR_LENGTH,
+    TIR_STIFFNESS,
+    TIR_DAMPING,
+    TIR_SPEED,
+    TIR_ANGLE
+} tir_dimension;
+
+static const struct {
+    const char *key;
+    double absent;
+    bool required;
+    tir_dimension dimension;
+} rows[KMP_TIR_COUNT] = {
+#define KMP_TIR(name, absent, required, dimension) {#name, absent, required, TIR_##dimension},
+#include "model/data/tir_keys.def"
+#undef KMP_TIR
+};
+
+/* Words of the section UNITS. */
+static const struct {
+    const char *key, *word;
+    double si;
+} units[] = {{"LENGTH", "meter", 1},
+             {"LENGTH", "m", 1},
+             {"LENGTH", "mm", 1e-3},
+             {"LENGTH", "millimeter", 1e-3},
+             {"LENGTH", "cm", 1e-2},
+             {"LENGTH", "inch", 0.0254},
+             {"LENGTH", "foot", 0.3048},
+             {"FORCE", "newton", 1},
+             {"FORCE", "n", 1},
+             {"FORCE", "kilonewton", 1e3},
+             {"FORCE", "kn", 1e3},
+             {"FORCE", "pound_force", 4.4482216152605},
+             {"ANGLE", "radian", 1},
+             {"ANGLE", "radians", 1},
+             {"ANGLE", "rad", 1},
+             {"ANGLE", "degree", 0.017453292519943295},
+             {"ANGLE", "degrees", 0.017453292519943295},
+             {"ANGLE", "deg", 0.017453292519943295},
+             {"TIME", "second", 1},
+             {"TIME", "s", 1},
+             {"TIME", "sec", 1},
+             {"TIME", "millisecond", 1e-3},
+             {"MASS", "kg", 1},
+             {"MASS", "gram", 1e-3},
+             {"MASS", "pound_mass", 0.45359237}};
+
+/* A file being read. */
+typedef struct source {
+    kmp_reader *r;
+    const kmp_yaml *node;
+    const char *what;
+    kmp_tir_file *tir;
+    kmp_place place;                   /* of the present line */
+    double length, force, angle, time; /* units in SI */
+    int fit;                           /* FITTYP; -1: not given */
+    char format[32], section[40];
+    double inflated, nominal; /* pressures, in the unit of the file; 0: not given */
+    bool pressed;             /* it has coefficients of the pressure */
+    bool good, read, skips;   /* the rows of a table follow */
+    kmp_text unused;
+    int unused_count;
+} source;
+
+static void complain(source *s, const char *sentence, const char *word)
+{
+    s->good = kmp_reader_complain(s->r, s->place, "%s: %s '%s'", s->what, sentence, word);
+}
+
+static void lower(char *text)
+{
+    for (; *text; text++)
+        *text = (char)tolower((unsigned char)*text);
+}
+
+static bool is_equal(const char *a, const char *b)
+{
+    for (; *a && *b; a++, b++)
+        if (tolower((unsigned char)*a) != tolower((unsigned char)*b))
+            return false;
+    return *a == *b;
+}
+
+static void read_unit(source *s, const char *key, char *word)
+{
+    lower(word);
+    for (size_t k = 0; k < sizeof units / sizeof *units; k++)
+        if (is_equal(key, units[k].key) && strcmp(word, units[k].word) == 0) {
+            double *into[] = {&s->length, &s->force, &s->angle, &s->time};
+            static const char *const keys[] = {"LENGTH", "FORCE", "ANGLE", "TIME"};
+            for (int i = 0; i < 4; i++)
+                *into[i] = strcmp(units[k].key, keys[i]) == 0 ? units[k].si : *into[i];
+            return;
+        }
+    complain(s, "unknown unit", word);
+}
+
+static double unit_of(const source *s, tir_dimension dimension)
+{
+    switch (dimension) {
+    case TIR_FORCE:
+        return s->force;
+    case TIR_LENGTH:
+        return s->length;
+    case TIR_STIFFNESS:
+        return s->force / s->length;
+    case TIR_DAMPING:
+        return s->force * s->time / s->length;
+    case TIR_SPEED:
+        return s->length / s->time;
+    case TIR_ANGLE:
+        return s->angle;
+    case TIR_NUMBER:
+        break;
+    }
+    return 1;
+}
+
+/* A key without a place in the equations: words, dimensions and masses say nothing to them. */
+static void note_unused(source *s, const char *key)
+{
+    static const char *const silent[] = {
+        "MDI_HEADER", "UNITS", "DIMENSION", "MODEL", "INERTIA", "TIRE_CONDITIONS", "OPERATING_CONDITIONS", "SHAPE"};
+    for (size_t k = 0; k < sizeof silent / sizeof *silent; k++)
+        if (strcmp(s->section, silent[k]) == 0)
+            return;
+    kmp_text_printf(&s->unused, s->unused_count++ > 0 ? ", %s" : "%s", key);
+}
+
+/* A word of the section MODEL or the head; true: it is one. */
+static bool read_head(source *s, const char *key, const char *value)
+{
+    kmp_tir_file *tir = s->tir;
+    const int number = (int)strtol(value, NULL, 10);
+    if (is_equal(key, "FITTYP"))
+        s->fit = isdigit((unsigned char)*value) ? number : s->fit;
+    if (is_equal(key, "PROPERTY_FILE_FORMAT") || (is_equal(key, "FITTYP") && isalpha((unsigned char)*value)))
+        strncpy(s->format, value, sizeof s->format - 1);
+    else if (is_equal(key, "USE_MODE"))
+        tir->mode = abs(number);
+    else if (is_equal(key, "TYRESIDE"))
+        tir->right = is_equal(value, "right");
+    else if (!is_equal(key, "FITTYP"))
+        return false;
+    return true;
+}
+
+static void read_pair(source *s, const char *key, char *value)
+{
+    char *end;
+    if (strcmp(s->section, "UNITS") == 0) {
+        read_unit(s, key, value);
+        return;
+    }
+    if (read_head(s, key, value))
+        return;
+    const double x = strtod(value, &end);
+    for (int k = 0; k < KMP_TIR_COUNT; k++) {
+        if (!is_equal(key, rows[k].key))
+            continue;
+        if (end == value || !isfinite(x))
+            complain(s, kmp_reader_say(s->r, "%s is not a number:", key), value);
+        else if (s->tir->given[k])
+            complain(s, "the file has two values of", key);
+        s->tir->value[k] = x;
+        s->tir->given[k] = true;
+        return;
+    }
+    if (end == value || x == 0)
+        return;
+    s->inflated = is_equal(key, "INFLPRES") ? x : s->inflated;
+    s->nominal = is_equal(key, "NOMPRES") ? x : s->nominal;
+    s->pressed = s->pressed || (toupper((unsigned char)key[0]) == 'P' && toupper((unsigned char)key[1]) == 'P');
+    note_unused(s, key);
+}
+
+static char *trimmed(char *text)
+{
+    while (isspace((unsigned char)*text))
+        text++;
+    char *end = text + strlen(text);
+    while (end > text && isspace((unsigned char)end[-1]))
+        *--end = '\0';
+    return text;
+}
+
+static void read_line(source *s, char *line)
+{
+    bool quoted = false;
+    for (char *c = line; *c; c++) {
+        quoted = quoted != (*c == '\'' || *c == '"');
+        if (!quoted && (*c == '$' || *c == '!'))
+            *c = '\0';
+        if (!*c)
+            break;
+    }
+    line = trimmed(line);
+    char *equals = strchr(line, '=');
+    if (*line == '[') {
+        char *close = strchr(line, ']');
+        if (!close) {
+            complain(s, "a section without ']':", line);
+            return;
+        }
+        *close = '\0';
+        strncpy(s->section, trimmed(line + 1), sizeof s->section - 1);
+        s->skips = false;
+    } else if (*line == '{') {
+        s->skips = true;
+        if (strcmp(s->section, "SHAPE") != 0)
+            kmp_text_printf(&s->unused, s->unused_count++ > 0 ? ", [%s]" : "[%s]", s->section);
+    } else if (*line && equals) {
+        *equals = '\0';
+        char *key = trimmed(line), *value = trimmed(equals + 1);
+        const size_t length = strlen(value);
+        if (length > 1 && (*value == '\'' || *value == '"') && value[length - 1] == *value) {
+            value[length - 1] = '\0';
+            value = trimmed(value + 1);
+        }
+        read_pair(s, key, value);
+    } else if (*line && !s->skips && strcmp(s->section, "") != 0 && !isdigit((unsigned char)*line) && *line != '-' &&
+               *line != '#') {
+        complain(s, "a line of the file is neither [SECTION] nor KEY = value:", line);
+    }
+}
+
+/* The form of the equations, by number or name. */
+static void find_form(source *s)
+{
+    static const struct {
+        int fit;
+        const char *name;
+        kmp_tyre_form form;
+    } forms[] = {{5, "PAC2002", KMP_TYRE_MF52}, {6, "MF_05", KMP_TYRE_MF52},       {21, "MF-TYRE", KMP_TYRE_MF52},
+                 {51, "MF52", KMP_TYRE_MF52},   {52, "MF5.2", KMP_TYRE_MF52},      {61, "MF6.1", KMP_TYRE_MF61},
+                 {61, "MF61", KMP_TYRE_MF61},   {52, "MF-TYRE 5.2", KMP_TYRE_MF52}};
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
+        if (s->fit >= 0 ? s->fit == forms[k].fit : is_equal(s->format, forms[k].name)) {
+            s->tir->form = forms[k].form;
+            return;
+        }
+    s->place.line = 1;
+    if (s->fit >= 0)
+        s->good =
+            kmp_reader_complain(s->r, s->place,
+                                "%s: FITTYP = %d is %s, which is not read: PAC2002, MF 5.2 (5, 6, 21, 51, 52) and "
+                                "MF 6.1 (61) are",
+                                s->what, s->fit, s->fit == 62 ? "MF 6.2" : "a form of the Magic Formula");
+    else if (*s->format)
+        s->good =
+            kmp_reader_complain(s->r, s->place,
+                                "%s: PROPERTY_FILE_FORMAT = '%s' is not read: PAC2002, MF_05, MF-TYRE, MF 5.2 and "
+                                "MF 6.1 are, or FITTYP says which form it is",
+                                s->what, s->format);
+    else
+        s->good =
+            kmp_reader_complain(s->r, s->place,
+                                "%s: the file has neither FITTYP nor PROPERTY_FILE_FORMAT, by which the form of its "
+                                "equations is known",
+                                s->what);
+}
+
+/* All missing keys in one message. */
+static void check_complete(source *s)
+{
+    kmp_text missing = {0};
+    int count = 0;
+    for (int k = 0; k < KMP_TIR_COUNT; k++)
+        if (rows[k].required && !s->tir->given[k])
+            kmp_text_printf(&missing, count++ > 0 ? ", %s" : "%s", rows[k].key);
+    s->place.line = 1;
+    if (count > 0)
+        s->good =
+            kmp_reader_complain(s->r, s->place, "%s: the file lacks %s", s->what, kmp_reader_take(s->r, &missing));
+    kmp_text_free(&missing);
+    if (s->good && s->pressed && s->inflated > 0 && s->nominal > 0 && s->inflated != s->nominal)
+        s->good =
+            kmp_reader_complain(s->r, s->place,
+                                "%s: INFLPRES = %g differs from NOMPRES = %g, and terms of the pressure (PP..) are "
+                                "not read: give a file for this pressure",
+                                s->what, s->inflated, s->nominal);
+    static const int positive[] = {KMP_TIR_FNOMIN, KMP_TIR_UNLOADED_RADIUS, KMP_TIR_PCX1, KMP_TIR_PCY1};
+    for (size_t k = 0; s->good && k < sizeof positive / sizeof *positive; k++)
+        if (!(s->tir->value[positive[k]] > 0))
+            s->good = kmp_reader_complain(s->r, s->place, "%s: %s must be positive, not %g", s->what,
+                                          rows[positive[k]].key, s->tir->value[positive[k]]);
+}
+
+bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir_file *tir)
+{
+    source s = {.r = r, .node = node, .what = what, .tir = tir, .length = 1, .force = 1, .angle = 1, .time = 1};
+    size_t length;
+    s.fit = -1;
+    s.good = true;
+    *tir = (kmp_tir_file){.mode = -1};
+    if (!kmp_read_word(r, node, what))
+        return false;
+    const char *path = kmp_path_beside(r, node->place.file, node->text);
+    s.place = (kmp_place){.line = 0, .column = 1, .file = kmp_reader_add_file(r, path)};
+    char *text = s.place.file < 0 ? NULL : kmp_read_file(r, KMP_FILE_POINTS, node, what, path, &length);
+    for (char *line = text; line && *line;) {
+        char *end = line + strcspn(line, "\n");
+        const bool more = *end == '\n';
+        *end = '\0';
+        s.place.line++;
+        read_line(&s, line);
+        line = end + more;
+    }
+    if (text && s.good)
+        find_form(&s);
+    if (text && s.good)
+        check_complete(&s);
+    for (int k = 0; k < KMP_TIR_COUNT; k++)
+        tir->value[k] = tir->given[k] ? tir->value[k] * unit_of(&s, rows[k].dimension) : rows[k].absent;
+    tir->unused = s.unused_count > 0 ? kmp_reader_take(r, &s.unused) : NULL;
+    kmp_text_free(&s.unused);
+    s.read = text;
+    kmp_free(text);
+    return s.good && s.read;
+}

@@ -1,0 +1,7 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Roads and tyres as the reader understood them, in both forms. */
+#pragma once
+
+#include "model/write/model_print.h"
+
+extern const kmp_writer_wing kmp_tyre_writer;

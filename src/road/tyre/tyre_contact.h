@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A tyre on its road: its force, and the outputs of its contact. */
+#pragma once
+
+#include "dynamics/forces/law.h"
+#include "dynamics/outputs.h"
+
+extern const kmp_law_row kmp_tyre_laws[];
+
+extern const kmp_output_of_wing kmp_tyre_outputs[];
