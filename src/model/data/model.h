@@ -91,6 +91,8 @@ struct kempe_model {
     int motion_count; /* n: of joints, of flexible bodies, of states */
     kmp_state *states;
     int state_count;
+    struct kmp_outline *outlines; /* (outline.h) */
+    int outline_count;
     struct kmp_rope *ropes; /* (rope.h) */
     int rope_count;
     kmp_closure *closures;

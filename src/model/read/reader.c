@@ -21,6 +21,7 @@
 #include "model/read/read_forces.h"
 #include "model/read/read_include.h"
 #include "model/read/read_mass.h"
+#include "model/read/read_outlines.h"
 #include "model/read/read_outputs.h"
 #include "model/read/read_parameters.h"
 #include "model/read/read_reaction.h"
@@ -145,6 +146,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
     kmp_read_ropes(r);
+    kmp_read_outlines(r);
     kmp_read_states(r);
     kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outlines: finite plane shapes of contacts, as lists of straight pieces and arcs in the x-y plane of the point that
+ * carries them. */
+#pragma once
+
+#include "base/arena.h"
+#include "model/data/place.h"
+#include <stdbool.h>
+
+/* The rows of outline_shapes.def. */
+typedef enum kmp_outline_shape {
+#define KMP_OUTLINE(kind, word, keys) KMP_OUTLINE_##kind,
+#include "model/data/outline_shapes.def"
+#undef KMP_OUTLINE
+    KMP_OUTLINE_SHAPES
+} kmp_outline_shape;
+
+/** The words of the shapes, and of each the further keys that it may have. */
+extern const char *const kmp_outline_words[KMP_OUTLINE_SHAPES], *const kmp_outline_more[KMP_OUTLINE_SHAPES];
+
+/** How the outline goes on behind the end of a piece. */
+typedef enum kmp_outline_joint {
+    KMP_OUTLINE_ENDS,   /* not at all: half a turn about the end of an open outline */
+    KMP_OUTLINE_SMOOTH, /* with the same tangent */
+    KMP_OUTLINE_CONVEX, /* with a corner out of the solid */
+    KMP_OUTLINE_CONCAVE /* with a corner into the solid */
+} kmp_outline_joint;
+
+/** A straight piece, or an arc with its centre. The solid is on the left from its beginning to its end. */
+typedef struct kmp_piece {
+    bool arc;
+    double from[2], to[2];
+    double centre[2], radius; /* of an arc; 0: a sharp corner */
+    double turn;              /* of an arc: its angle, negative where it goes clockwise: it is hollow there */
+    double normal[2];         /* out of the solid, where the piece begins */
+    kmp_outline_joint joint;  /* at its end */
+    int corner;               /* the edge, from 1, behind which this is a corner; 0: it is none */
+} kmp_piece;
+
+/** Pieces follow each other; a closed outline returns from the last one to the first, of the next copy. */
+typedef struct kmp_outline {
+    const char *name;
+    kmp_place place;
+    kmp_outline_shape shape;
+    bool closed, hollow; /* hollow: as the key says */
+    int copies;
+    double round;
+    int piece_count;
+    kmp_piece *pieces; /* of one copy */
+} kmp_outline;
+
+/** An edge of a shape: from the end of the one before to `to`, straight or an arc about `centre` by the angle `turn`.
+ */
+typedef struct kmp_outline_edge {
+    double from[2], to[2], centre[2], turn;
+    bool arc;
+} kmp_outline_edge;
+
+/** The pieces of edges that follow each other counter-clockwise about the solid: edges, and arcs at convex corners. A
+ * corner between straight edges that is shorter than its rounding needs is `*wrong`, from 0. */
+bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong);
+
+/** A piece turned about the origin to copy k. */
+kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy);
