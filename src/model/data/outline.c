@@ -161,6 +161,23 @@ bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count
     return true;
 }
 
+void kmp_piece_tangent(const kmp_piece *piece, bool at_end, double along[2])
+{
+    double n[2];
+    turned(piece->normal, at_end && piece->arc ? piece->turn : 0, n);
+    along[0] = -n[1];
+    along[1] = n[0];
+}
+
+void kmp_piece_place(const kmp_piece *piece, double part, double place[2], double normal[2])
+{
+    turned(piece->normal, piece->arc ? part * piece->turn : 0, normal);
+    const double out = piece->turn < 0 ? -piece->radius : piece->radius;
+    for (int i = 0; i < 2; i++)
+        place[i] =
+            piece->arc ? piece->centre[i] + out * normal[i] : piece->from[i] + part * (piece->to[i] - piece->from[i]);
+}
+
 kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy)
 {
     kmp_piece made = outline->pieces[piece];
@@ -171,4 +188,26 @@ kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy)
     turned(one->centre, angle, made.centre);
     turned(one->normal, angle, made.normal);
     return made;
+}
+
+bool kmp_piece_meets(const kmp_piece *piece, bool round)
+{
+    return round || !piece->arc || piece->radius > 0;
+}
+
+double kmp_outline_size(const kmp_outline *outline)
+{
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY}, place[2], normal[2];
+    for (int copy = 0; copy < outline->copies; copy++)
+        for (int k = 0; k < outline->piece_count; k++) {
+            const kmp_piece piece = kmp_piece_copy(outline, k, copy);
+            for (int j = 0; j <= 8; j++) {
+                kmp_piece_place(&piece, j / 8.0, place, normal);
+                for (int i = 0; i < 2; i++) {
+                    low[i] = fmin(low[i], place[i]);
+                    high[i] = fmax(high[i], place[i]);
+                }
+            }
+        }
+    return fmax(high[0] - low[0], high[1] - low[1]);
 }

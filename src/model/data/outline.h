@@ -56,9 +56,50 @@ typedef struct kmp_outline_edge {
     bool arc;
 } kmp_outline_edge;
 
+/** Copies of an outline around its origin: contacts see the two nearest ones. Its address is the condition that tells
+ * on which side of the nearest copy they are. */
+typedef struct kmp_outline_fold {
+    int copies;
+    double middle; /* the angle of the middle of the first copy */
+} kmp_outline_fold;
+
+/** A line across which a contact leaves a piece, where (x - place) . along becomes positive. Its address is the
+ * condition that it has left: neighbours share it. */
+typedef struct kmp_outline_border {
+    double place[2], along[2];
+} kmp_outline_border;
+
+/** A piece as the surface of a contact. It counts between its borders: behind `low` and before all of `high`. */
+typedef struct kmp_outline_part {
+    const char *name; /* of the contact */
+    kmp_piece piece;
+    const kmp_outline_fold *fold;            /* NULL: no copies */
+    bool second;                             /* of the second nearest copy */
+    const kmp_outline_border *low, *high[3]; /* NULL: none */
+    bool either;                             /* of an arc of more than half a turn: one of both borders suffices */
+    double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
+    double away;  /* the distance that the contact has where the piece does not count */
+} kmp_outline_part;
+
 /** The pieces of edges that follow each other counter-clockwise about the solid: edges, and arcs at convex corners. A
  * corner between straight edges that is shorter than its rounding needs is `*wrong`, from 0. */
 bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong);
 
 /** A piece turned about the origin to copy k. */
 kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy);
+
+/** The unit tangent of a piece where it begins, or where it ends. */
+void kmp_piece_tangent(const kmp_piece *piece, bool at_end, double along[2]);
+
+/** A place of a piece, from 0 where it begins to 1 where it ends, and the normal out of the solid there. */
+void kmp_piece_place(const kmp_piece *piece, double part, double place[2], double normal[2]);
+
+/** The pieces that a circle of some radius meets: no sharp corners without one. */
+bool kmp_piece_meets(const kmp_piece *piece, bool round);
+
+/** The length of the largest side of a box about the outline. */
+double kmp_outline_size(const kmp_outline *outline);
+
+/** The parts of an outline for a circle of this radius, 2 for each piece of copies, otherwise 1: `parts` has room for
+ * them. False: no memory. */
+bool kmp_outline_parts(kmp_arena *arena, const kmp_outline *outline, double radius, kmp_outline_part *parts);

@@ -9,7 +9,8 @@ typedef enum kmp_touch_shape {
     KMP_TOUCH_SPHERE,   /* about its point; of radius 0: only the point */
     KMP_TOUCH_CYLINDER, /* about an axis through its point; the first side touches a plane with its middle section */
     KMP_TOUCH_PLANE,    /* through its point */
-    KMP_TOUCH_PROFILE   /* the curve y = table(x) of its point's axes, solid below it */
+    KMP_TOUCH_PROFILE,  /* the curve y = table(x) of its point's axes, solid below it */
+    KMP_TOUCH_PIECE     /* second side: a piece of an outline in the x-y plane of its point's axes */
 } kmp_touch_shape;
 
 typedef struct kmp_touch_side {
@@ -19,6 +20,9 @@ typedef struct kmp_touch_side {
     bool against;                 /* PLANE: its outward normal is opposite to that axis */
     bool hollow;                  /* second side: the first one is inside it */
     const kmp_named_table *table; /* PROFILE */
+    const struct kmp_outline_part *piece; /* PIECE */
+    bool off;                             /* first side: its centre is not at its point, but there: */
+    double at[2];                         /* in the x-y plane of the point's axes */
 } kmp_touch_side;
 
 typedef struct kmp_contact_pair {
