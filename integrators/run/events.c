@@ -732,7 +732,7 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
     const kmp_expr *e = condition->expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
-    if (condition->bend || condition->rough)
+    if (condition->bend || condition->rough || condition->silent)
         return;
     const kmp_force *force = condition->measured ? condition->of : NULL;
     if (force) {

@@ -23,7 +23,18 @@
 #define INSIDE     0.45
 
 /* Conditions of a part. */
-enum { PART_BEHIND, PART_PASSES };
+enum { PART_STANDS, PART_PASSES };
+
+/* 1 where a value is negative. Every change would fill the log: it is not noted. */
+static kmp_ref stands(const kmp_tree *tree, const kmp_outline_part *part, const void *of, kmp_ref value, double lag,
+                      const char *text)
+{
+    const kmp_ref holds = kmp_tree_condition(tree, of, PART_STANDS, value, lag, NULL, "contact '%s': %s", part->name, text);
+    const int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, of, PART_STANDS) : -1;
+    if (k >= 0)
+        tree->conditions.events->condition[k].silent = true;
+    return holds;
+}
 
 typedef struct complex_ref {
     kmp_ref re, im;
@@ -56,8 +67,7 @@ static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, kmp_r
     const complex_ref unit = {kmp_div(g, *x, size), kmp_div(g, *y, size)};
     const complex_ref back = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
     const complex_ref turned = times(g, power_of(g, unit, n), back);
-    const kmp_ref right = kmp_tree_condition(tree, fold, 0, turned.im, FOLD_LAG, NULL,
-                                             "contact '%s': the next of the copies", part->name);
+    const kmp_ref right = stands(tree, part, fold, turned.im, FOLD_LAG, "nearest copy");
     const kmp_ref quarter = kmp_const(g, TURN / 4), one = kmp_const(g, 1.0 / n);
     const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
     const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned.re, kmp_neg(turned.im)), quarter);
@@ -86,8 +96,8 @@ static kmp_ref is_beyond(const kmp_tree *tree, const kmp_outline_part *part, con
                          kmp_ref x, kmp_ref y)
 {
     kmp_graph *g = tree->graph;
-    return kmp_tree_condition(tree, border, 0, kmp_neg(along(g, border->along, border->place, x, y)), LAG * part->away,
-                              NULL, "contact '%s': beyond its end", part->name);
+    return stands(tree, part, border, kmp_neg(along(g, border->along, border->place, x, y)), LAG * part->away,
+                  "beyond an end");
 }
 
 /* 1 between the borders, otherwise 0. */
@@ -128,10 +138,10 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     const kmp_ref height = height_of(g, &part->piece, x, y);
     kmp_ref within = between(tree, part, x, y);
     if (part->depth < INFINITY) {
-        const kmp_ref deep = kmp_add(g, height, kmp_const(g, OTHER_SIDE * part->depth));
+        const kmp_ref reach = kmp_add(g, height, kmp_const(g, OTHER_SIDE * part->depth));
+        const kmp_ref deep = kmp_select(g, within, reach, KMP_ONE);
         within = kmp_mul(g, within,
-                         inverse(g, kmp_tree_condition(tree, part, PART_BEHIND, deep, 0, NULL,
-                                                       "contact '%s': on the other side of the solid", part->name)));
+                         inverse(g, stands(tree, part, part, deep, 0, "on the other side of the solid")));
         const kmp_ref left = kmp_add(g, height, kmp_const(g, INSIDE * part->depth));
         kmp_tree_end(tree, part, PART_PASSES, kmp_select(g, within, left, KMP_ONE),
                      "it was not stopped at the surface: take smaller steps ('max_step'), or start outside",

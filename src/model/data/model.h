@@ -93,6 +93,8 @@ struct kempe_model {
     int state_count;
     struct kmp_outline *outlines; /* (outline.h) */
     int outline_count;
+    kmp_outline_contact *outline_contacts;
+    int outline_contact_count;
     struct kmp_rope *ropes; /* (rope.h) */
     int rope_count;
     kmp_closure *closures;

@@ -25,6 +25,13 @@ typedef struct kmp_touch_side {
     double at[2];                         /* in the x-y plane of the point's axes */
 } kmp_touch_side;
 
+/** The contacts, or the friction, of the pairs of circles and pieces of one contact with outlines: forces `first`,
+ * `first + step`, .. */
+typedef struct kmp_outline_contact {
+    const char *name;
+    int first, count, step;
+} kmp_outline_contact;
+
 typedef struct kmp_contact_pair {
     const kmp_expr *gap;       /* the distance itself; NULL: by the members below */
     int motion;                /* a coordinate with a limit; -1: two sides */

@@ -431,6 +431,7 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
 {
     kmp_outline_pair *pairs;
     const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);
+    const int first = r->model->force_count;
     for (int k = 0; k < count && !r->wrong; k++) {
         const char *name = kmp_arena_printf(&r->model->arena, "%s.%d", s->name, k + 1);
         if (pairs[k].part)
@@ -439,11 +440,21 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
         read_contact(r, s->node, s->what, add_force(r, name, s->key->place, KMP_FORCE_TOUCH));
     }
     r->pair = NULL;
+    if (count <= 0 || r->wrong)
+        return;
+    const int step = (r->model->force_count - first) / count;
+    for (int k = 0; k < step; k++)
+        r->model->outline_contacts[r->model->outline_contact_count++] =
+            (kmp_outline_contact){k == 0 ? s->name : kmp_arena_printf(&r->model->arena, "%s_friction", s->name), first + k,
+                           count, step};
 }
 
 void kmp_read_contacts(kmp_reader *r)
 {
     kmp_section s = kmp_read_section(r, "contacts", "contact");
+    r->model->outline_contacts = KMP_ARENA_NEW(&r->model->arena, kmp_outline_contact, 2 * s.count + 1);
+    if (!r->model->outline_contacts)
+        return;
     while (kmp_section_next(&s)) {
         bool law = kmp_yaml_get(s.node, "law") || kmp_yaml_get(s.node, "force");
         check_name(r, s.key->place, s.name, law && is_of_joint(s.node));
