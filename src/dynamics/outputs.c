@@ -249,8 +249,8 @@ static kmp_ref sum_of_forces(const kmp_equations *eq, const kmp_forces *forces, 
 {
     kmp_ref sum = KMP_ZERO;
     for (int k = 0; k < outlined->count; k++)
-        sum = kmp_add(eq->graph, sum,
-                      forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * (outlined->first + k * outlined->step)]);
+        sum =
+            kmp_add(eq->graph, sum, forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * (outlined->first + k * outlined->step)]);
     return sum;
 }
 

@@ -29,7 +29,8 @@ enum { PART_STANDS, PART_PASSES };
 static kmp_ref stands(const kmp_tree *tree, const kmp_outline_part *part, const void *of, kmp_ref value, double lag,
                       const char *text)
 {
-    const kmp_ref holds = kmp_tree_condition(tree, of, PART_STANDS, value, lag, NULL, "contact '%s': %s", part->name, text);
+    const kmp_ref holds =
+        kmp_tree_condition(tree, of, PART_STANDS, value, lag, NULL, "contact '%s': %s", part->name, text);
     const int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, of, PART_STANDS) : -1;
     if (k >= 0)
         tree->conditions.events->condition[k].silent = true;
@@ -140,8 +141,7 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     if (part->depth < INFINITY) {
         const kmp_ref reach = kmp_add(g, height, kmp_const(g, OTHER_SIDE * part->depth));
         const kmp_ref deep = kmp_select(g, within, reach, KMP_ONE);
-        within = kmp_mul(g, within,
-                         inverse(g, stands(tree, part, part, deep, 0, "on the other side of the solid")));
+        within = kmp_mul(g, within, inverse(g, stands(tree, part, part, deep, 0, "on the other side of the solid")));
         const kmp_ref left = kmp_add(g, height, kmp_const(g, INSIDE * part->depth));
         kmp_tree_end(tree, part, PART_PASSES, kmp_select(g, within, left, KMP_ONE),
                      "it was not stopped at the surface: take smaller steps ('max_step'), or start outside",

@@ -135,7 +135,8 @@ bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count
         tangent_of(&edges[0], false, begin.in);
         begin.in[0] = -begin.in[0];
         begin.in[1] = -begin.in[1];
-        outline->pieces[outline->piece_count++] = corner_piece(&begin, edges[0].from, 0);
+        outline->pieces[outline->piece_count] = corner_piece(&begin, edges[0].from, 0);
+        outline->pieces[outline->piece_count++].corner = count + 1;
     }
     for (int k = 0; k < count; k++) {
         const kmp_outline_edge *behind = k + 1 < count ? &edges[k + 1] : outline->closed ? &next : NULL;
@@ -188,6 +189,28 @@ kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy)
     turned(one->centre, angle, made.centre);
     turned(one->normal, angle, made.normal);
     return made;
+}
+
+double kmp_piece_height(const kmp_piece *piece, const double place[2])
+{
+    if (!piece->arc)
+        return (place[0] - piece->from[0]) * piece->normal[0] + (place[1] - piece->from[1]) * piece->normal[1];
+    const double size = hypot(place[0] - piece->centre[0], place[1] - piece->centre[1]);
+    return piece->turn < 0 ? piece->radius - size : size - piece->radius;
+}
+
+double kmp_piece_distance(const kmp_piece *piece, const double place[2])
+{
+    double before[2], behind[2], along[2];
+    kmp_piece_tangent(piece, false, before);
+    kmp_piece_tangent(piece, true, along);
+    const double first = (place[0] - piece->from[0]) * before[0] + (place[1] - piece->from[1]) * before[1];
+    const double last = (place[0] - piece->to[0]) * along[0] + (place[1] - piece->to[1]) * along[1];
+    const bool more = piece->arc && fabs(piece->turn) > TURN / 2;
+    behind[0] = hypot(place[0] - piece->from[0], place[1] - piece->from[1]);
+    behind[1] = hypot(place[0] - piece->to[0], place[1] - piece->to[1]);
+    const bool within = more ? first >= 0 || last <= 0 : first >= 0 && last <= 0;
+    return within ? fabs(kmp_piece_height(piece, place)) : fmin(behind[0], behind[1]);
 }
 
 bool kmp_piece_meets(const kmp_piece *piece, bool round)

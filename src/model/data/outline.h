@@ -94,6 +94,11 @@ void kmp_piece_tangent(const kmp_piece *piece, bool at_end, double along[2]);
 /** A place of a piece, from 0 where it begins to 1 where it ends, and the normal out of the solid there. */
 void kmp_piece_place(const kmp_piece *piece, double part, double place[2], double normal[2]);
 
+/** The height of a place over the line or the circle of a piece, positive out of the solid; its distance from the piece
+ * with its ends. */
+double kmp_piece_height(const kmp_piece *piece, const double place[2]);
+double kmp_piece_distance(const kmp_piece *piece, const double place[2]);
+
 /** The pieces that a circle of some radius meets: no sharp corners without one. */
 bool kmp_piece_meets(const kmp_piece *piece, bool round);
 

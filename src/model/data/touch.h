@@ -25,11 +25,15 @@ typedef struct kmp_touch_side {
     double at[2];                         /* in the x-y plane of the point's axes */
 } kmp_touch_side;
 
+struct kmp_outline;
+
 /** The contacts, or the friction, of the pairs of circles and pieces of one contact with outlines: forces `first`,
  * `first + step`, .. */
 typedef struct kmp_outline_contact {
     const char *name;
     int first, count, step;
+    const struct kmp_outline *outline[2]; /* of both sides, at these points; NULL: none */
+    int point[2];
 } kmp_outline_contact;
 
 typedef struct kmp_contact_pair {

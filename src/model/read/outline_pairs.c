@@ -6,10 +6,12 @@
 #include "linalg/dense/dot.h"
 #include "linalg/dense/three.h"
 #include "model/data/angle_sum.h"
+#include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
+#include "model/read/read_ropes.h"
 #include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
@@ -21,6 +23,8 @@
 enum { MOST_PAIRS = 400 };
 /* Over a width: written lengths have nine digits. */
 #define SAME_LENGTH 1e-9
+/* Over the size of an outline: a start that is deeper overlaps. */
+#define DEEP 1e-8
 
 /* -- outlines of a contact ----------------------------------------------------------------------------- */
 
@@ -31,6 +35,12 @@ static const kmp_outline *find(const kmp_reader *r, const kmp_yaml *node)
     const char *name = kmp_reader_name((kmp_reader *)r, node->place.file, node->text);
     const int found = kmp_name_find(KMP_NAMED(r->model, outline), name);
     return found < 0 ? NULL : &r->model->outlines[found];
+}
+
+void kmp_outline_contact_outlines(const kmp_reader *r, const kmp_yaml *map, const kmp_outline *outline[2])
+{
+    outline[0] = find(r, kmp_yaml_get(map, "outline"));
+    outline[1] = find(r, kmp_yaml_get(kmp_yaml_get(map, "on"), "outline"));
 }
 
 /* A circle of an outline: a corner, or all of it. */
@@ -297,4 +307,75 @@ bool kmp_outline_pair_put(kmp_reader *r, const kmp_yaml *map, const char *what, 
         touch->radius[1] = (kmp_number){.value = pair->part->piece.radius};
     }
     return true;
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+/* The distance of a place from the nearest piece, negative within the solid; *nearest: the piece. At a corner the
+ * corner itself is nearest, which has no inside. */
+static double height_of(const kmp_outline *outline, const double place[2], int *nearest)
+{
+    double least = INFINITY, height = INFINITY;
+    for (int copy = 0; copy < outline->copies; copy++)
+        for (int k = 0; k < outline->piece_count; k++) {
+            const kmp_piece piece = kmp_piece_copy(outline, k, copy);
+            const double own = kmp_piece_height(&piece, place), size = kmp_piece_distance(&piece, place);
+            if (size < least * (1 - SAME_LENGTH) || (size <= least * (1 + SAME_LENGTH) && own > height)) {
+                least = size;
+                height = own;
+                *nearest = k;
+            }
+        }
+    return copysign(least, height);
+}
+
+static void check_start(kmp_reader *r, const kmp_force *force, const kmp_outline *outline, const kmp_pose *poses,
+                        const double *q)
+{
+    const kmp_touch_side *side = force->touch.side;
+    kmp_pose pose[2];
+    double place[2] = {0};
+    int nearest = 0;
+    for (int k = 0; k < 2; k++)
+        kmp_pose_of_point(r->model, poses, q, side[k].point, &pose[k]);
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < 3; i++) {
+            double x = pose[0].p[i] - pose[1].p[i];
+            if (side[0].off)
+                x += side[0].at[0] * pose[0].r[i][0] + side[0].at[1] * pose[0].r[i][1];
+            place[j] += pose[1].r[i][j] * x;
+        }
+    const double depth = force->touch.radius[0].value - height_of(outline, place, &nearest);
+    if (depth > DEEP * kmp_outline_size(outline))
+        kmp_reader_complain(
+            r, force->place,
+            "contact '%s' overlaps by %.6g m at the start: the circle at (%.6g, %.6g) m of outline '%s' is "
+            "too near to its piece %d, or inside; begin with the surfaces apart",
+            force->name, depth, place[0], place[1], outline->name, nearest + 1);
+}
+
+void kmp_settle_outlines(kmp_reader *r)
+{
+    const kempe_model *model = r->model;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
+    double *q = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    bool assembled = false;
+    for (int c = 0; c < model->closure_count; c++)
+        assembled =
+            assembled || !(kmp_closure_is_of_modes(&model->closures[c]) || kmp_closure_is_drive(&model->closures[c]));
+    if (model->outline_contact_count == 0 || assembled || r->wrong || !poses || !q)
+        return;
+    for (int k = 0; k < model->motion_count; k++)
+        q[k] = kmp_start_coordinate(model, k, r->parameter_values);
+    kmp_pose_all(model, q, poses);
+    for (int c = 0; c < model->outline_contact_count; c++) {
+        const kmp_outline_contact *contact = &model->outline_contacts[c];
+        for (int k = 0; k < contact->count && !r->wrong; k++) {
+            const kmp_force *force = &model->forces[contact->first + k * contact->step];
+            const kmp_outline *of =
+                force->touch.side[1].point == contact->point[1] ? contact->outline[1] : contact->outline[0];
+            if (force->kind == KMP_FORCE_TOUCH && of && of->closed && force->touch.side[1].piece)
+                check_start(r, force, of, poses, q);
+        }
+    }
 }

@@ -443,10 +443,18 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
     if (count <= 0 || r->wrong)
         return;
     const int step = (r->model->force_count - first) / count;
-    for (int k = 0; k < step; k++)
-        r->model->outline_contacts[r->model->outline_contact_count++] =
-            (kmp_outline_contact){k == 0 ? s->name : kmp_arena_printf(&r->model->arena, "%s_friction", s->name), first + k,
-                           count, step};
+    const kmp_contact_pair *touch = &r->model->forces[first].touch; /* the first pair is not swapped */
+    kmp_outline_contact *list = r->model->outline_contacts + r->model->outline_contact_count;
+    list[0] = (kmp_outline_contact){.name = s->name, .point = {touch->side[0].point, touch->side[1].point}};
+    kmp_outline_contact_outlines(r, s->node, list[0].outline);
+    for (int k = 0; k < step; k++) {
+        list[k].first = first + k;
+        list[k].count = count;
+        list[k].step = step;
+    }
+    if (step > 1)
+        list[1].name = kmp_arena_printf(&r->model->arena, "%s_friction", s->name);
+    r->model->outline_contact_count += step;
 }
 
 void kmp_read_contacts(kmp_reader *r)

@@ -13,6 +13,7 @@
 #include "model/read/clearance.h"
 #include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
+#include "model/read/outline_pairs.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bearings.h"
 #include "model/read/read_bodies.h"
@@ -158,6 +159,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_bearings(r);
     kmp_read_start(r);
     kmp_settle_ropes(r);
+    kmp_settle_outlines(r);
     kmp_read_sensors(r);
     kmp_read_run(r);
     kmp_settle_parameters(r);
