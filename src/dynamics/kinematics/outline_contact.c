@@ -58,8 +58,10 @@ static complex_ref power_of(kmp_graph *g, complex_ref z, int n)
     return result;
 }
 
-/* The place as it is at the first copy when the nearest one, or the second nearest, is turned there. */
-static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, kmp_ref *x, kmp_ref *y)
+/* The place as it is at the first copy when the nearest one, or the second nearest, is turned there. *before: 1 where
+ * the second nearest one is the copy before the nearest one, 0 where it is the copy behind it. */
+static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool second, kmp_ref *x, kmp_ref *y,
+                       kmp_ref *before)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_fold *fold = part->fold;
@@ -69,11 +71,12 @@ static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, kmp_r
     const complex_ref back = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
     const complex_ref turned = times(g, power_of(g, unit, n), back);
     const kmp_ref right = stands(tree, part, fold, turned.im, FOLD_LAG, "nearest copy");
+    *before = right;
     const kmp_ref quarter = kmp_const(g, TURN / 4), one = kmp_const(g, 1.0 / n);
     const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
     const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned.re, kmp_neg(turned.im)), quarter);
     kmp_ref angle = kmp_mul(g, one, kmp_select(g, right, right_angle, left_angle));
-    if (part->second) {
+    if (second) {
         const kmp_ref step = kmp_const(g, TURN / n);
         angle = kmp_add(g, angle, kmp_select(g, right, step, kmp_neg(step)));
     }
@@ -101,13 +104,26 @@ static kmp_ref is_beyond(const kmp_tree *tree, const kmp_outline_part *part, con
                   "beyond an end");
 }
 
+/* 1 behind the border where the piece begins, otherwise 0. `place`: not folded. */
+static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref x, kmp_ref y)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_ref own = is_beyond(tree, part, part->low, x, y);
+    kmp_ref before, other_x = place->x[0], other_y = place->x[1];
+    if (!part->before)
+        return own;
+    fold_place(tree, part, !part->second, &other_x, &other_y, &before);
+    const kmp_ref other = is_beyond(tree, part, part->before->high[0], other_x, other_y);
+    return part->second ? kmp_select(g, before, own, other) : kmp_select(g, before, other, own);
+}
+
 /* 1 between the borders, otherwise 0. */
-static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, kmp_ref x, kmp_ref y)
+static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref x, kmp_ref y)
 {
     kmp_graph *g = tree->graph;
     kmp_ref within = KMP_ONE;
     if (part->low && part->high[0]) {
-        const kmp_ref low = is_beyond(tree, part, part->low, x, y);
+        const kmp_ref low = begins(tree, part, place, x, y);
         const kmp_ref high = inverse(g, is_beyond(tree, part, part->high[0], x, y));
         within = part->either ? inverse(g, kmp_mul(g, inverse(g, low), inverse(g, high))) : kmp_mul(g, low, high);
     }
@@ -133,11 +149,11 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->x[0], y = place->x[1];
+    kmp_ref x = place->x[0], y = place->x[1], before;
     if (part->fold)
-        fold_place(tree, part, &x, &y);
+        fold_place(tree, part, part->second, &x, &y, &before);
     const kmp_ref height = height_of(g, &part->piece, x, y);
-    kmp_ref within = between(tree, part, x, y);
+    kmp_ref within = between(tree, part, place, x, y);
     if (part->depth < INFINITY) {
         const kmp_ref reach = kmp_add(g, height, kmp_const(g, OTHER_SIDE * part->depth));
         const kmp_ref deep = kmp_select(g, within, reach, KMP_ONE);
@@ -156,11 +172,11 @@ kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, con
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
     const kmp_piece *piece = &part->piece;
-    kmp_ref x = place->x[0], y = place->x[1];
+    kmp_ref x = place->x[0], y = place->x[1], before;
     double middle[2], normal[2];
     *turn = KMP_ZERO;
     if (part->fold)
-        fold_place(tree, part, &x, &y);
+        fold_place(tree, part, part->second, &x, &y, &before);
     const kmp_ref rolled = kmp_mul(g, radius, angle);
     kmp_piece_tangent(piece, false, middle);
     if (!piece->arc)

@@ -76,7 +76,10 @@ typedef struct kmp_outline_part {
     const kmp_outline_fold *fold;            /* NULL: no copies */
     bool second;                             /* of the second nearest copy */
     const kmp_outline_border *low, *high[3]; /* NULL: none */
-    bool either;                             /* of an arc of more than half a turn: one of both borders suffices */
+    /** Of the first piece of copies: the last one of the other nearest copy, with whose border it begins where that
+     * copy is before its own; NULL: its own border. */
+    const struct kmp_outline_part *before;
+    bool either;  /* of an arc of more than half a turn: one of both borders suffices */
     double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
     double away;  /* the distance that the contact has where the piece does not count */
 } kmp_outline_part;

@@ -11,8 +11,6 @@
 #define TURN 6.28318530717958647692
 /* Of its length, by which a piece goes on beyond a corner into the solid, where both sides of the corner touch. */
 #define BEYOND 1e-3
-/* Of the size of an outline, by which pieces of two copies overlap at their common end. */
-#define OVERLAP 1e-9
 /* Cosine of the turn of a corner, beyond which the surface behind it is away from the line across its end. */
 #define OBTUSE 0.5
 /* Directions that look for the far side of the solid, for each piece. */
@@ -155,9 +153,7 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
             part->low = *shared;
         return;
     }
-    double shift = joint == KMP_OUTLINE_CONCAVE ? BEYOND * length_of(piece) : 0;
-    if (apart && joint != KMP_OUTLINE_CONCAVE)
-        shift = OVERLAP * part->away;
+    const double shift = joint == KMP_OUTLINE_CONCAVE ? BEYOND * length_of(piece) : 0;
     const kmp_outline_border *border =
         border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)
@@ -220,6 +216,15 @@ bool kmp_outline_parts(kmp_arena *arena, const kmp_outline *outline, double radi
             return false;
         *fold = (kmp_outline_fold){outline->copies, middle_of(outline)};
     }
-    return make_class(arena, outline, radius, fold, false, parts) &&
-           (!fold || make_class(arena, outline, radius, fold, true, parts + outline->piece_count));
+    if (!make_class(arena, outline, radius, fold, false, parts))
+        return false;
+    kmp_outline_part *others = parts + outline->piece_count;
+    if (!fold || !make_class(arena, outline, radius, fold, true, others))
+        return !fold;
+    const int last = outline->piece_count - 1;
+    if (outline->closed && outline->shape == KMP_OUTLINE_PATH && parts[last].piece.joint != KMP_OUTLINE_CONCAVE) {
+        parts[0].before = &others[last];
+        others[0].before = &parts[last];
+    }
+    return true;
 }

@@ -443,9 +443,10 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
     if (count <= 0 || r->wrong)
         return;
     const int step = (r->model->force_count - first) / count;
-    const kmp_contact_pair *touch = &r->model->forces[first].touch; /* the first pair is not swapped */
+    const kmp_touch_side *side = r->model->forces[first].touch.side;
+    const int turned = pairs[0].swapped ? 1 : 0;
     kmp_outline_contact *list = r->model->outline_contacts + r->model->outline_contact_count;
-    list[0] = (kmp_outline_contact){.name = s->name, .point = {touch->side[0].point, touch->side[1].point}};
+    list[0] = (kmp_outline_contact){.name = s->name, .point = {side[turned].point, side[1 - turned].point}};
     kmp_outline_contact_outlines(r, s->node, list[0].outline);
     for (int k = 0; k < step; k++) {
         list[k].first = first + k;
