@@ -31,7 +31,7 @@ LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "MAYBE_STATE": "(STATE)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "OUTLINED": "(CONTACT)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------

@@ -77,6 +77,7 @@ PARTS = (
         ("Flexible pendulum", "virtual work at points of Gauss, SciPy at 1e-12", "flexible_pendulum/flexible_pendulum",
          "flexible_pendulum/reference", "1e-12"),
         ("Crane that lifts a swinging load", "equation of the hook, SciPy at 3e-14", "crane/crane", "crane/reference", "1e-12"),
+        ("Geneva drive", "closed form", "geneva_drive/geneva_drive", "geneva_drive/reference", "1e-12"),
         ("Planetary gearbox with elastic teeth", "equations in three angles, SciPy at 3e-14", "planetary_gearbox/planetary_gearbox",
          "planetary_gearbox/reference", "1e-12"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),

@@ -430,6 +430,12 @@ int kmp_contacts_count(const kmp_reader *r)
 static void read_pairs(kmp_reader *r, const kmp_section *s)
 {
     kmp_outline_pair *pairs;
+    if (kmp_contact_keeps_rate(s->node)) {
+        kmp_reader_complain(r, s->node->place,
+                            "%s: laws with 'impact' keep one rate, and an outline has many pieces: take another law",
+                            s->what);
+        return;
+    }
     const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);
     const int first = r->model->force_count;
     for (int k = 0; k < count && !r->wrong; k++) {
