@@ -79,7 +79,7 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->text = text ? kmp_strdup(text) : NULL;
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
-    int flags = kmp_bytes_take_int(b, 0, 256 * KMP_ROLE_END - 1);
+    int flags = kmp_bytes_take_int(b, 0, 512 * KMP_ROLE_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;
@@ -88,7 +88,8 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->told = flags >> 5 & 1;
     c->rough = flags >> 6 & 1;
     c->by_rates = flags >> 7 & 1;
-    c->role = (kmp_role)(flags >> 8);
+    c->silent = flags >> 8 & 1;
+    c->role = (kmp_role)(flags >> 9);
     kmp_bytes_take(b, &c->lag, sizeof c->lag);
     b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
@@ -113,7 +114,7 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_text(b, c->advice);
         kmp_bytes_put_text(b, s->event_text[k]);
         kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                                 c->rough << 6 | c->by_rates << 7 | (int)c->role << 8);
+                                 c->rough << 6 | c->by_rates << 7 | c->silent << 8 | (int)c->role << 9);
         kmp_bytes_put(b, &c->lag, sizeof c->lag);
     }
 }

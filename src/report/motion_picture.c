@@ -773,8 +773,6 @@ static void put_side(kmp_json *json, const picture *p, const kmp_force *force, i
         put_table_curve(json, p, force->name, side->point, side->table->table);
         return;
     }
-    if (side->shape == KMP_TOUCH_PIECE || side->off)
-        return; /* of an outline */
     if ((side->shape != KMP_TOUCH_PLANE && !(force->touch.radius[k].value > 0)) ||
         !begin_surface(json, p, words[side->shape], force->name, side->point))
         return;
@@ -791,15 +789,20 @@ static void put_surfaces(kmp_json *json, const picture *p)
     kmp_json_array(json, "surfaces");
     for (int f = 0; f < model->force_count; f++) {
         const kmp_force *force = &model->forces[f];
-        const bool touches = force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT;
+        const kmp_touch_side *sides = force->touch.side;
+        const bool touches = (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT) && !sides[0].off &&
+                             !sides[1].piece; /* those of outlines are below, once */
         for (int k = 0; k < 2 && touches && !force->touch.gap && force->touch.motion < 0; k++)
             put_side(json, p, force, k);
     }
     for (int c = 0; c < model->outline_contact_count; c++) {
         const kmp_outline_contact *contact = &model->outline_contacts[c];
-        for (int k = 0; k < 2; k++)
+        const bool any = contact->outline[0] || contact->outline[1]; /* of friction none */
+        for (int k = 0; k < 2 && any; k++)
             if (contact->outline[k])
                 put_outline(json, p, contact->name, contact->outline[k], contact->point[k]);
+            else
+                put_side(json, p, &model->forces[contact->first], k);
     }
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];

@@ -14,7 +14,7 @@
 #define TURN 6.28318530717958647692
 /* Over the distance at which nothing touches: a border is passed by this, so that a body at rest on it stays on one
  * side. The neighbour's distance differs by the square of it. */
-#define LAG 1e-9
+#define LAG 1e-12
 /* Of the sine of the angle between copies. */
 #define FOLD_LAG 1e-12
 /* Of the depth of the solid: behind the first part a circle is on the other side of it; one that comes as deep as the
