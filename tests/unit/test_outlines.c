@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outlines of contacts: slots, polygons, teeth and Geneva drives by closed forms. */
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "ways.h"
 #include <kempe/table.h>
 #include <math.h>
@@ -246,6 +247,58 @@ static void pieces_join_without_a_jump(void)
     }
 }
 
+/* A disc of radius r on a rounded corner of radius R falls from it like a grain from a sphere of radius R + r: it
+ * leaves where cos(a) = 2/3. */
+static void a_disc_leaves_a_round_corner(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text(
+            PLANE "outlines: {block: {rectangle: [1, 1], at: [-0.5, -0.5], round: 100 mm}}\n"
+                  "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                  "  disc: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                  "contacts: {c: {sphere: disc.C, radius: 50 mm, on: {outline: block, at: ground.O}, restitution: 0}}\n"
+                  "start: {q: {x: -0.2, y: 50 mm}, qd: {x: 0.1}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 2);
+        /* it leaves where v^2 = v0^2 + 2 g (R + r) (1 - cos a) = g (R + r) cos a, and keeps v cos a */
+        const double reach = 0.15, c = (2 + 0.01 / (9.81 * reach)) / 3;
+        CHECK(entry(run, "impact", 0) == NULL);
+        CHECK_NEAR(last_qd(run)[0], sqrt(9.81 * reach * c) * c, 1e3 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A disc rests in a hollow corner of 90 degrees on two compliant pieces: each carries m g/sqrt(2). */
+static void a_law_acts_on_pieces(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text(
+            PLANE "outlines: {valley: {path: [[1, 1], [0, 0], [-1, 1]]}}\n"
+                  "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                  "  disc: {joint: {name: y, prismatic: y, at: slide}, mass: 2, points: {C: [0, 0, 0]}}\n"
+                  "contacts: {c: {sphere: disc.C, radius: 0.1, on: {outline: valley, at: ground.O}, law: kelvin_voigt, "
+                  "stiffness: 1e5, damping: 500}}\n"
+                  "start: {q: {x: 0, y: 0.1415}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        CHECK_NEAR(at_end(run, "force(c)"), 2 * 9.81 * sqrt(2), 1e5 * ways[k].tolerance);
+        CHECK_NEAR(last_q(run)[1], sqrt(2) * (0.1 - 2 * 9.81 / sqrt(2) / 1e5), 1e2 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Outlines of an included file have its prefix, in contacts and outputs. */
+static void an_included_outline_has_its_prefix(void)
+{
+    loaded l = load("tests/models/outlined.yaml");
+    CHECK(l.model && l.model->outline_count == 1 && strcmp(l.model->outlines[0].name, "a_groove") == 0);
+    CHECK(l.model && l.model->outline_contact_count == 1 && l.model->outline_contacts[0].count == 4);
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.5);
+    CHECK_NEAR(at_end(run, "gap(a_pin)"), 0, 1e-9);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* -- refused ------------------------------------------------------------------------------------------- */
 
 static void refused(void)
@@ -286,6 +339,13 @@ static void refused(void)
          "an outline touches a plane or another outline"},
         {"path: [[0, 0], [1, 0], {arc: [0, 1], through: [0.9, 0.9]}], closed: yes",
          "outline: o, at: b.P, on: {plane: ground.O, normal: y}, restitution: 0", "has an arc out of its solid"},
+        {"circle: 6", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "7:12: contact 'c.1' overlaps by 1 m at the start: the circle at (5, 0) m of outline 'o'"},
+        {"circle: 0.1",
+         "point: b.P, on: {outline: o, at: ground.O}, law: hunt_crossley, stiffness: 1e6, restitution: 0.5",
+         "laws with 'impact' keep one rate"},
+        {"path: [[1, 0], [0.5, 0.1]], closed: yes, copies: 100",
+         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and pieces"},
         {"circle: 0.1", "point: b.P, at: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "the key 'at' does not belong to a 'point'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -312,6 +372,9 @@ int main(void)
     TEST(a_rod_slides_over_a_corner);
     TEST(a_grain_slides_to_the_floor);
     TEST(pieces_join_without_a_jump);
+    TEST(a_disc_leaves_a_round_corner);
+    TEST(a_law_acts_on_pieces);
+    TEST(an_included_outline_has_its_prefix);
     TEST(refused);
     return check_report();
 }
