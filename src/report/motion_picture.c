@@ -791,7 +791,7 @@ static void put_surfaces(kmp_json *json, const picture *p)
         const kmp_force *force = &model->forces[f];
         const kmp_touch_side *sides = force->touch.side;
         const bool touches = (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT) && !sides[0].off &&
-                             !sides[1].piece; /* those of outlines are below, once */
+                             !sides[1].piece; /* sides with outlines are drawn below, once */
         for (int k = 0; k < 2 && touches && !force->touch.gap && force->touch.motion < 0; k++)
             put_side(json, p, force, k);
     }

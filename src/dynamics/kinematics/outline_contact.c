@@ -2,9 +2,9 @@
 /* A piece counts while the circle is between its borders, which are conditions: the distance jumps there to one at
  * which nothing touches, and the neighbour takes over with the same distance, normal and rates.
  *
- * Of n copies around the origin the nearest one is found without counting them. With the angle p of the circle from the
- * middle of a copy, n p has the sine and cosine of a power of a complex number, and so its angle within half a turn is
- * that of the nearest copy times n. Its branches are joined by the condition that the sine is negative. */
+ * Of n copies around the origin the nearest one is found without counting them. The circle has the angle p from the
+ * middle of a copy. The sine and cosine of n p are a power of a complex number, and their angle within half a turn is n
+ * times the angle from the middle of the nearest copy. The condition that the sine is negative joins its branches. */
 #include "dynamics/kinematics/outline_contact.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "model/data/outline.h"

@@ -18,7 +18,7 @@ typedef enum kmp_outline_shape {
 /** The words of the shapes, and of each the further keys that it may have. */
 extern const char *const kmp_outline_words[KMP_OUTLINE_SHAPES], *const kmp_outline_more[KMP_OUTLINE_SHAPES];
 
-/** How the outline goes on behind the end of a piece. */
+/** The corner of the outline at the end of a piece. */
 typedef enum kmp_outline_joint {
     KMP_OUTLINE_ENDS,   /* not at all: half a turn about the end of an open outline */
     KMP_OUTLINE_SMOOTH, /* with the same tangent */

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define TURN 6.28318530717958647692
-/* Of its length, by which a piece goes on beyond a corner into the solid, where both sides of the corner touch. */
+/* Of its length, by which a piece continues beyond a corner into the solid, where both sides of the corner touch. */
 #define BEYOND 1e-3
 /* Cosine of the turn of a corner, beyond which the surface behind it is away from the line across its end. */
 #define OBTUSE 0.5
@@ -51,7 +51,7 @@ static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piec
 
 /* -- the solid behind a piece -------------------------------------------------------------------------- */
 
-/* How far a ray from a place along a unit vector goes to a piece; INFINITY: it does not meet it. */
+/* The way of a ray from a place along a unit vector to a piece; INFINITY: it does not meet it. */
 static double ray_to(const double place[2], const double along[2], const kmp_piece *piece, double least)
 {
     double t[2];

@@ -83,7 +83,8 @@ typedef struct making {
     int count;
 } making;
 
-/* A pair of the circle with each piece that it meets; of two outlines the second time only with what is no circle. */
+/* A pair of the circle with each piece that it meets; of two outlines the second time only with lines and hollow arcs.
+ */
 static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other)
 {
     if (!other) {
@@ -119,17 +120,17 @@ static bool add_circles(making *m, const kmp_outline *of, bool swapped, const km
     return true;
 }
 
-/* Arcs that are no corners may lie anywhere in the solid of their outline: their circles may not. */
+/* Arcs other than corners may lie anywhere in the solid of their outline: their circles may not. */
 static bool has_only_circles(making *m, const kmp_outline *outline)
 {
     for (int k = 0; k < outline->piece_count; k++) {
         const kmp_piece *piece = &outline->pieces[k];
         if (piece->arc && piece->turn > 0 && !is_circle(piece))
-            return kmp_reader_complain(
-                m->r, m->place,
-                "%s: outline '%s' has an arc out of its solid that is no corner; against a plane or "
-                "another outline only corners and whole circles touch: take 'round', or a cylinder",
-                m->what, outline->name);
+            return kmp_reader_complain(m->r, m->place,
+                                       "%s: outline '%s' has an arc that is not a corner; planes and other outlines "
+                                       "meet only its corners, or a "
+                                       "whole circle. Take 'round', or a cylinder",
+                                       m->what, outline->name);
     }
     return true;
 }
@@ -347,11 +348,11 @@ static void check_start(kmp_reader *r, const kmp_force *force, const kmp_outline
         }
     const double depth = force->touch.radius[0].value - height_of(outline, place, &nearest);
     if (depth > DEEP * kmp_outline_size(outline))
-        kmp_reader_complain(
-            r, force->place,
-            "contact '%s' overlaps by %.6g m at the start: the circle at (%.6g, %.6g) m of outline '%s' is "
-            "too near to its piece %d, or inside; begin with the surfaces apart",
-            force->name, depth, place[0], place[1], outline->name, nearest + 1);
+        kmp_reader_complain(r, force->place,
+                            "contact '%s' overlaps by %.6g m at the start, with its circle at (%.6g, %.6g) m of "
+                            "outline '%s', near piece %d: "
+                            "begin with the surfaces apart",
+                            force->name, depth, place[0], place[1], outline->name, nearest + 1);
 }
 
 void kmp_settle_outlines(kmp_reader *r)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A contact with outlines: circles of one side and pieces of the other, each of which is a contact of its own. */
+/* A contact with outlines: circles of one side and pieces of the other, each pair of which is a separate contact. */
 #pragma once
 
 #include "model/data/outline.h"
@@ -10,7 +10,7 @@ typedef struct kmp_outline_pair {
     bool swapped;           /* the circle belongs to the second side */
     bool off;               /* the circle has its own centre and radius: */
     double at[2], radius;   /* in the axes of its side's point */
-    kmp_outline_part *part; /* of the other side; NULL: it is no outline */
+    kmp_outline_part *part; /* of the other side; NULL: it is a plane */
 } kmp_outline_pair;
 
 /** A bound on their number in the contact of a mapping; 0: it has no outline. */

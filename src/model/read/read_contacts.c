@@ -426,7 +426,7 @@ int kmp_contacts_count(const kmp_reader *r)
     return count;
 }
 
-/* Each pair of a circle and a piece is a contact of its own: NAME.1, NAME.2, .. */
+/* Each pair of a circle and a piece is a separate contact: NAME.1, NAME.2, .. */
 static void read_pairs(kmp_reader *r, const kmp_section *s)
 {
     kmp_outline_pair *pairs;
