@@ -110,7 +110,7 @@ static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const 
     kmp_graph *g = tree->graph;
     const kmp_ref own = is_beyond(tree, part, part->low, x, y);
     kmp_ref before, other_x = place->x[0], other_y = place->x[1];
-    if (!part->before)
+    if (!part->fold || !part->before)
         return own;
     fold_place(tree, part, !part->second, &other_x, &other_y, &before);
     const kmp_ref other = is_beyond(tree, part, part->before->high[0], other_x, other_y);

@@ -148,7 +148,7 @@ static bool read_circle(making *m, const kmp_yaml *map, double *radius)
 /* A circle that just fits between two parallel sides of a hollow outline, or is too large for an arc. */
 static bool check_fit(making *m, const kmp_outline *outline, double radius)
 {
-    for (int k = 0; k < outline->piece_count && radius > 0; k++) {
+    for (int k = 0; outline && k < outline->piece_count && radius > 0; k++) {
         const kmp_piece *piece = &outline->pieces[k];
         const double over = piece->radius - radius;
         if (!piece->arc || piece->turn > 0 || over > SAME_LENGTH * radius)

@@ -265,7 +265,7 @@ static bool read_common(const reading *c)
     double count = 1;
     if (copies && !kmp_read_fixed(c->r, copies, of, KMP_DIM_NUMBER, &count))
         return false;
-    if (!(count >= 1 && count <= 1000 && count == floor(count)))
+    if (copies && !(count >= 1 && count <= 1000 && count == floor(count)))
         return kmp_reader_complain(c->r, copies->place, "%s is %.6g: a whole number from 1 to 1000 is expected", of,
                                    count);
     c->outline->copies = (int)count;

@@ -30,10 +30,11 @@ void kmp_read_sensors(kmp_reader *r)
 
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
-    static const char *const kinds[] = {
-        [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",  [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
-        [KMP_OUTPUT_OF_FORCE] = "force", [KMP_OUTPUT_OF_OUTLINED] = "contact",      [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel",
-        [KMP_OUTPUT_OF_BEARING] = "bearings", [KMP_OUTPUT_OF_ROPE] = "rope",     [KMP_OUTPUT_OF_SHEAVE] = "rope"};
+    static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",   [KMP_OUTPUT_OF_LOOP] = "loop",
+                                        [KMP_OUTPUT_OF_MAYBE_STATE] = "state", [KMP_OUTPUT_OF_FORCE] = "force",
+                                        [KMP_OUTPUT_OF_OUTLINED] = "contact",  [KMP_OUTPUT_OF_SENSOR] = "sensor",
+                                        [KMP_OUTPUT_OF_WHEEL] = "wheel",       [KMP_OUTPUT_OF_BEARING] = "bearings",
+                                        [KMP_OUTPUT_OF_ROPE] = "rope",         [KMP_OUTPUT_OF_SHEAVE] = "rope"};
     const char *kind = kinds[row->argument];
     const kmp_output_argument of = row->argument == KMP_OUTPUT_OF_SHEAVE ? KMP_OUTPUT_OF_ROPE : row->argument;
     kmp_name_list names = kmp_output_names(r->model, of);
