@@ -22,7 +22,7 @@ HEAD = """# Index of keys
 
 The index has every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
-OWNERS = {"model": "model", "rope_place": "sheave or drum of a rope", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
+OWNERS = {"model": "model", "rope_place": "sheave or drum of a rope", "outline_arc": "arc of an outline", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal",
           "flexible": "flexible body", "section": "cross-section", "taper": "taper with stations", "section_number": "cross-section by numbers", "beam_shape": "shapes of a beam", "damping": "damping of a flexible body", "file_unit": "units of a file of modes"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
@@ -31,7 +31,7 @@ LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "TYRE": "(TYRE)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "MAYBE_STATE": "(STATE)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "TYRE": "(TYRE)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "OUTLINED": "(CONTACT)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def number_lines(macro):
 
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
-            "bodies": "bodies.md", "wheels": "wheels.md", "roads": "tyres.md", "tyres": "tyres.md", "joints": "graphs.md", "loops": "closures.md", "gears": "gears.md", "ropes": "ropes.md", "drives": "drives.md",
+            "bodies": "bodies.md", "wheels": "wheels.md", "roads": "tyres.md", "tyres": "tyres.md", "joints": "graphs.md", "loops": "closures.md", "gears": "gears.md", "ropes": "ropes.md", "outlines": "outlines.md", "drives": "drives.md",
             "forces": "forces.md", "contacts": "contacts.md", "bearings": "bearings.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 

@@ -81,6 +81,7 @@ PARTS = (
         ("Crane that lifts a swinging load", "equation of the hook, SciPy at 3e-14", "crane/crane", "crane/reference", "1e-12"),
         ("Quarter car on a tyre over a bump", "Newton's equations with the Magic Formula, SciPy at 3e-14", "quarter_car_on_tyre/quarter_car_on_tyre",
          "quarter_car_on_tyre/reference", "1e-12"),
+        ("Geneva drive", "closed form", "geneva_drive/geneva_drive", "geneva_drive/reference", "1e-12"),
         ("Planetary gearbox with elastic teeth", "equations in three angles, SciPy at 3e-14", "planetary_gearbox/planetary_gearbox",
          "planetary_gearbox/reference", "1e-12"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),

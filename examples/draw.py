@@ -1053,12 +1053,30 @@ def clutch_start():
     return p
 
 
+def geneva_drive():
+    """Half-way through the first slot."""
+    half, c = math.radians(45), 0.1
+    crank = c * math.sin(half)
+    p = Picture("A Geneva drive: a crank with a pin, and a wheel with four slots")
+    rim = []
+    for k in range(4):
+        for along, across in ((crank, -0.005), (0.024, -0.005), *((0.024 - 0.0055 * math.sin(x), -0.0055 * math.cos(x)) for x in (0.4, 0.8, 1.2, 1.6, 2, 2.4, 2.8)),
+                              (0.024, 0.0055), (crank, 0.0055)):
+            rim.append(at((c, 0), math.pi + k * math.pi / 2, (along, across)))
+    p.curve("wheel", *rim, rim[0], shift=(50, 40))
+    p.body("crank", (0, 0), (crank, 0), shift=(0, 30))
+    p.curve("pin", *(at((crank, 0), math.pi * k / 12, (0.005, 0)) for k in range(25)), shift=(-14, -18))
+    p.pivot((0, 0), "O", True, (-12, -14))
+    p.pivot((c, 0), "W", True, (12, -10))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
             flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
-            scissor_lift, clutch_start, quarter_car_on_tyre)
+            scissor_lift, clutch_start, quarter_car_on_tyre, geneva_drive)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -104,7 +104,7 @@ PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
-    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "two points or more": dict(WORDS, minItems=2), "names": WORDS,
+    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "[x, y]": PAIR, "corners": {"type": "array", "items": PAIR, "minItems": 2}, "path of an outline": {"type": "array", "items": {"anyOf": [PAIR, ref("outline_arc")]}, "minItems": 2}, "two points or more": dict(WORDS, minItems=2), "names": WORDS,
     "parameters": named(NUMBER), "ports declared": named({"enum": [name for name, *_ in rows("port_kinds.def", "KMP_PORT_KIND")]}), "ports bound": named({"anyOf": [WORD, WORDS]}), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
     "numbers": NUMBERS, "6 x 6 numbers": {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6}, "minItems": 6, "maxItems": 6}, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
@@ -156,14 +156,14 @@ def contact_keys():
 
 
 def contact():
-    ways = ("joint", "gap", "point", "sphere", "cylinder", "journal", "socket", "guide")
+    ways = ("joint", "gap", "point", "sphere", "cylinder", "outline", "journal", "socket", "guide")
     return dict(contact_keys(), oneOf=[{"required": [key]} for key in ways],
                 anyOf=[{"required": [key]} for key in ("restitution", "law", "force")])
 
 
 def surface():
     schema = keyed("surface")
-    return dict(schema, oneOf=[{"required": [key]} for key in ("plane", "sphere", "cylinder", "profile")])
+    return dict(schema, oneOf=[{"required": [key]} for key in ("plane", "sphere", "cylinder", "profile", "outline")])
 
 
 def gear():
@@ -172,6 +172,10 @@ def gear():
 
 def rope():
     return dict(keyed("rope"), oneOf=[{"required": ["along"]}, {"required": ["around"]}])
+
+
+def outline():
+    return dict(keyed("outline"), oneOf=[{"required": [word]} for _, word, _ in rows("outline_shapes.def", "KMP_OUTLINE")])
 
 
 def rope_place():
@@ -297,6 +301,7 @@ def plain_definitions():
         "damping": dict(keyed("damping"), minProperties=1, maxProperties=1),
         "loop": loop(),
         "gear": gear(),
+        "outline": outline(), "outline_arc": keyed("outline_arc"),
         "rope": rope(),
         "rope_place": rope_place(),
         "drive": drive(),
@@ -325,7 +330,7 @@ def plain_definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "roads": "road", "tyres": "tyre", "joints": "edge",
-               "loops": "loop", "gears": "gear", "ropes": "rope", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "sensor"}
+               "loops": "loop", "gears": "gear", "ropes": "rope", "outlines": "outline", "drives": "drive", "forces": "force", "contacts": "contact", "bearings": "bearing", "parameters": "number", "sensors": "sensor"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}

@@ -685,6 +685,7 @@ static kempe_status complete(kmp_event_tracker *c, double t, kmp_state_depth dep
 
 kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
 {
+    c->looked = t;
     return complete(c, t, c->s->changes_by_rates ? KMP_STATE_WHOLE : KMP_STATE_RATES, false);
 }
 
@@ -736,7 +737,7 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
     const kmp_expr *e = condition->expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
-    if (condition->bend || condition->rough)
+    if (condition->bend || condition->rough || condition->silent)
         return;
     const kmp_force *force = condition->measured ? condition->of : NULL;
     if (force) {
@@ -821,7 +822,13 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const doub
     c->search.ready = false;
     memcpy(c->q, q, (size_t)c->s->n * sizeof *q);
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
-    memcpy(c->change, kmp_eval_changes(c->eval, t, q, qd), (size_t)count * sizeof(double));
+    const double *now = kmp_eval_changes(c->eval, t, q, qd);
+    for (int k = 0; k < count; k++) {
+        /* A border with a lag that the event has passed is passed: closed positions differ by rounding. */
+        const bool passed = !again && c->looked == t && c->s->events.condition[k].silent &&
+                            c->s->events.condition[k].lag > 0 && kmp_event_tracker_changed(c, k);
+        c->change[k] = !passed ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
+    }
     for (int k = 0; k < count; k++)
         c->stays[k] = (again && (c->stays[k] || c->past[k].last == t)) ||
                       (c->noted && c->past[k].last == t && c->change[k] == c->before[k]);

@@ -146,6 +146,15 @@ static bool slides_otherwise(const kmp_equations *eq, const kmp_closure *closure
            kmp_depends_on(eq->graph, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
 }
 
+/* True for a pair of a contact with outlines: others of its pairs move. */
+static bool is_of_outline(const kmp_equations *eq, const kmp_closure *closure)
+{
+    const kmp_force *force = kmp_closure_is_of_modes(closure) ? &eq->model->forces[closure->force] : NULL;
+    if (force && force->contact > 0)
+        force = &eq->model->forces[force->contact - 1];
+    return eq->tree.conditions.events && force && (force->touch.side[1].piece || force->touch.side[0].off);
+}
+
 /* Rows and rates of a closure with all translations at zero that are locked for the reactions of joints: they are what
  * other coordinates move. Of the lock of one it is its row as it is. */
 static void find_moved(kmp_equations *eq, const kmp_closure *closure, const kmp_ref *h, const kmp_ref *rates,
@@ -236,7 +245,8 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
             bool moves = kmp_depends_on(eq->graph, moved[k], KMP_IN_Q) && !is_rounding(eq, moved[k]);
             h[k] = moves ? h[k] : is_rounding(eq, moved[k]) ? KMP_ZERO : moved[k];
             if (moves || (of_rates && kmp_depends_on(eq->graph, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
-                (request->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
+                (request->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure) ||
+                is_of_outline(eq, closure)) {
                 eq->closures.h[eq->m] = h[k];
                 eq->closures.rate[eq->m] = rates[k];
                 eq->closures.first[KMP_CLOSURE_ROWS * c + k] = eq->m;

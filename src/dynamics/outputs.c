@@ -29,7 +29,8 @@
 bool kmp_outputs_need_forces(const kempe_model *model)
 {
     for (int o = 0; o < model->output_count; o++)
-        if (model->outputs[o].kind == KMP_OUTPUT_FORCE || model->outputs[o].kind == KMP_OUTPUT_ENERGY)
+        if (model->outputs[o].kind == KMP_OUTPUT_FORCE || model->outputs[o].kind == KMP_OUTPUT_OUTLINE_FORCE ||
+            model->outputs[o].kind == KMP_OUTPUT_ENERGY)
             return true;
     return false;
 }
@@ -133,6 +134,18 @@ static kmp_vec deflection(const kmp_tree *tree, int point)
     return kmp_vec_sub(tree->graph, place, kmp_tree_vector(tree, p->at));
 }
 
+/* Of the pairs of a contact with outlines. */
+static kmp_ref least_gap(const kmp_tree *tree, const kmp_outline_contact *outlined)
+{
+    kmp_ref least = KMP_ZERO;
+    for (int k = 0; k < outlined->count; k++) {
+        const kmp_force *force = &tree->model->forces[outlined->first + k * outlined->step];
+        const kmp_ref gap = kmp_touching_gap(tree, &force->touch);
+        least = k == 0 ? gap : kmp_binary(tree->graph, KMP_OP_MIN, least, gap);
+    }
+    return least;
+}
+
 static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
@@ -164,6 +177,8 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return angular_momentum(&eq->tree, output->index, output->about - 1);
     case KMP_OUTPUT_GAP:
         return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
+    case KMP_OUTPUT_OUTLINE_GAP:
+        return kmp_vec_axis(least_gap(&eq->tree, &eq->model->outline_contacts[output->index]), 0);
     case KMP_OUTPUT_TENSION:
         return kmp_vec_axis(kmp_rope_tension(&eq->tree, &eq->model->ropes[output->index]), 0);
     case KMP_OUTPUT_ROPE_LENGTH:
@@ -230,6 +245,15 @@ static void show_bearings(kmp_equations *eq, const kmp_bearing_pair *pair)
     eq->outputs.shown_count += KMP_BEARING_VALUES;
 }
 
+static kmp_ref sum_of_forces(const kmp_equations *eq, const kmp_forces *forces, const kmp_outline_contact *outlined)
+{
+    kmp_ref sum = KMP_ZERO;
+    for (int k = 0; k < outlined->count; k++)
+        sum =
+            kmp_add(eq->graph, sum, forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * (outlined->first + k * outlined->step)]);
+    return sum;
+}
+
 static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     kmp_vec x;
@@ -248,6 +272,9 @@ static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp
             eq->outputs.shown[eq->outputs.shown_count++] =
                 forces->value[(ptrdiff_t)KMP_FORCE_WIDTH * output->index + k];
         return;
+    case KMP_OUTPUT_OUTLINE_FORCE:
+        x = kmp_vec_axis(sum_of_forces(eq, forces, &eq->model->outline_contacts[output->index]), 0);
+        break;
     default:
         x = derive_one(eq, forces, output);
     }

@@ -89,7 +89,8 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->rough = flags >> 6 & 1;
     c->by_rates = flags >> 7 & 1;
     c->at_start = flags >> 8 & 1;
-    c->role = (kmp_role)(flags >> 9);
+    c->silent = flags >> 9 & 1;
+    c->role = (kmp_role)(flags >> 10);
     kmp_bytes_take(b, &c->lag, sizeof c->lag);
     b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
@@ -114,7 +115,8 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_text(b, c->advice);
         kmp_bytes_put_text(b, s->event_text[k]);
         kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                                 c->rough << 6 | c->by_rates << 7 | c->at_start << 8 | (int)c->role << 9);
+                                 c->rough << 6 | c->by_rates << 7 | c->at_start << 8 | c->silent << 9 |
+                                 (int)c->role << 10);
         kmp_bytes_put(b, &c->lag, sizeof c->lag);
     }
 }

@@ -290,7 +290,8 @@ static kempe_status add_output(kempe_model *copy, const char *label, kmp_added_v
     v->rates = true;
     v->unit = kmp_output_unit(copy, output, *part);
     v->late = output->kind != KMP_OUTPUT_ENERGY && output->kind != KMP_OUTPUT_MOMENTUM &&
-              output->kind != KMP_OUTPUT_ANGULAR_MOMENTUM && output->kind != KMP_OUTPUT_GAP;
+              output->kind != KMP_OUTPUT_ANGULAR_MOMENTUM && output->kind != KMP_OUTPUT_GAP &&
+              output->kind != KMP_OUTPUT_OUTLINE_GAP;
     return KEMPE_OK;
 }
 

@@ -12,6 +12,7 @@
 #include "model/data/force.h"
 #include "model/data/mesh.h"
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "model/data/pose.h"
 #include "model/data/rope.h"
 #include "model/data/tyre.h"
@@ -713,7 +714,7 @@ static void put_railway(kmp_json *json, const picture *p)
 
 /* -- surfaces ---------------------------------------------------------------------------------------- */
 
-enum { CURVE_POINTS = 65 };
+enum { CURVE_POINTS = 65, OUTLINE_STEPS = 8 /* by radian of an arc */ };
 
 /* Opens a surface at a point. Points of flexible bodies that move in the axes of these have none. */
 static bool begin_surface(kmp_json *json, const picture *p, const char *kind, const char *name, int point)
@@ -739,6 +740,32 @@ static void put_table_curve(kmp_json *json, const picture *p, const char *name, 
         kmp_json_rounded_numbers(json, NULL, 3, out, 7);
     }
     kmp_json_put(json, "] }");
+}
+
+/* An outline in the plane of a point; of copies that do not join each has its own curve. */
+static void put_outline(kmp_json *json, const picture *p, const char *name, const kmp_outline *outline, int point)
+{
+    const bool joins = outline->closed && outline->shape == KMP_OUTLINE_PATH;
+    const int last = outline->copies - 1;
+    for (int copy = 0; copy < outline->copies; copy++) {
+        if ((copy == 0 || !joins) && !begin_surface(json, p, "curve", name, point))
+            return;
+        if (copy == 0 || !joins)
+            kmp_json_array(json, "points");
+        for (int k = 0; k < outline->piece_count; k++) {
+            const kmp_piece piece = kmp_piece_copy(outline, k, copy);
+            const int steps = piece.arc && piece.radius > 0 ? 2 + (int)(OUTLINE_STEPS * fabs(piece.turn)) : 1;
+            const bool ends = k == outline->piece_count - 1 && (copy == last || !joins);
+            for (int i = 0; i < steps + ends; i++) {
+                double place[3] = {0}, normal[2], out[3];
+                kmp_piece_place(&piece, (double)i / steps, place, normal);
+                to_body(p->model, point, place, out);
+                kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+            }
+        }
+        if (copy == last || !joins)
+            kmp_json_put(json, "] }");
+    }
 }
 
 static void put_side(kmp_json *json, const picture *p, const kmp_force *force, int k)
@@ -806,12 +833,23 @@ static void put_surfaces(kmp_json *json, const picture *p)
     kmp_json_array(json, "surfaces");
     for (int f = 0; f < model->force_count; f++) {
         const kmp_force *force = &model->forces[f];
-        const bool touches = force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT;
+        const kmp_touch_side *sides = force->touch.side;
+        const bool touches = (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT) && !sides[0].off &&
+                             !sides[1].piece; /* sides with outlines are drawn below, once */
         for (int k = 0; k < 2 && touches && !force->touch.gap && force->touch.motion < 0; k++)
             put_side(json, p, force, k);
     }
     for (int k = 0; k < model->road_count; k++)
         put_road(json, p, &model->roads[k]);
+    for (int c = 0; c < model->outline_contact_count; c++) {
+        const kmp_outline_contact *contact = &model->outline_contacts[c];
+        const bool any = contact->outline[0] || contact->outline[1]; /* of friction none */
+        for (int k = 0; k < 2 && any; k++)
+            if (contact->outline[k])
+                put_outline(json, p, contact->name, contact->outline[k], contact->point[k]);
+            else
+                put_side(json, p, &model->forces[contact->first], k);
+    }
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_drawn_point runner = closure->kind == KMP_CLOSURE_point_on_curve

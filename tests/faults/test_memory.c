@@ -113,6 +113,22 @@ static kempe_status read_elements(scene *s)
     return read_text(s, text, "elements.yaml");
 }
 
+/* Outlines of every shape, with copies, and their contacts. */
+static kempe_status read_outlines(scene *s)
+{
+    static const char text[] =
+        "kempe: 1\nground: {points: {O: [0, 0, 0]}}\noutlines:\n"
+        "  box: {rectangle: [0.2, 0.1], round: 1 mm}\n  disc: {circle: 0.1}\n  edge: {segment: [[1, 0], [0, 0]]}\n"
+        "  groove: {slot: 1, width: 0.5}\n  block: {polygon: [[-1, -1], [1, -1], [0, 0]], hollow: yes}\n"
+        "  teeth: {closed: yes, copies: 4, path: [[0.1, 0], {arc: [0.1, 0.02], through: [0.09, 0.01]}]}\n"
+        "bodies:\n  a: {joint: {name: x, prismatic: x, at: ground}}\n"
+        "  b: {joint: {name: y, prismatic: y, at: a}, mass: 1, points: {P: [0, 9, 0]}}\n"
+        "contacts:\n  p: {sphere: b.P, radius: 1 mm, on: {outline: teeth, at: ground.O}, restitution: 0, friction: 1}\n"
+        "  q: {outline: box, at: b.P, on: {plane: ground.O, normal: y}, restitution: 0}\n"
+        "run: {outputs: [force(p), gap(q)]}\n";
+    return read_text(s, text, "outlines.yaml");
+}
+
 /* A track with a course and waves. */
 static kempe_status read_track(scene *s)
 {
@@ -563,6 +579,7 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"read shapes", read_shapes},
                                      {"read flexible bodies", read_flexible},
                                      {"read elements", read_elements},
+                                     {"read outlines", read_outlines},
                                      {"read a graph of joints", read_graph},
                                      {"read ports", read_ports},
                                      {"read an element", read_element},

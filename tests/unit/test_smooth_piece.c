@@ -6,7 +6,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-static kmp_piece piece_of(double (*f)(double), double from, double to)
+static kmp_smooth_piece piece_of(double (*f)(double), double from, double to)
 {
     double values[KMP_PIECE_POINTS];
     for (int k = 0; k < KMP_PIECE_POINTS; k++)
@@ -36,7 +36,7 @@ static double even(double t)
 
 static void test_exact(void)
 {
-    const kmp_piece p = piece_of(eighth, -1, 2);
+    const kmp_smooth_piece p = piece_of(eighth, -1, 2);
     for (int k = 0; k <= 30; k++) {
         double x = -1 + k / 15.0;
         CHECK_NEAR(kmp_piece_value(&p, x), eighth(kmp_piece_time(&p, x)), 4e-15 * 40); /* 40: the largest value */
@@ -48,7 +48,7 @@ static void test_exact(void)
 
 static void test_smooth(void)
 {
-    const kmp_piece p = piece_of(shorter, 0, 0.2), bad = piece_of(kink, 0, 1), sine = piece_of(sin, 0, PI / 2);
+    const kmp_smooth_piece p = piece_of(shorter, 0, 0.2), bad = piece_of(kink, 0, 1), sine = piece_of(sin, 0, PI / 2);
     CHECK(kmp_piece_error(&p) < 2e-14); /* 2 0.3 (0.1/2)^7 / 7! / 8 */
     CHECK(kmp_piece_error(&bad) > 1e-3);
     CHECK(kmp_piece_error(&sine) < 1e-7 && kmp_piece_error(&sine) > 1e-10);
@@ -58,7 +58,7 @@ static void test_smooth(void)
 static void test_turns(void)
 {
     double x[KMP_PIECE_POINTS], low, high;
-    const kmp_piece p = piece_of(cos, 0.5, 4), flat = piece_of(even, -1, 3), up = piece_of(exp, 0, 1);
+    const kmp_smooth_piece p = piece_of(cos, 0.5, 4), flat = piece_of(even, -1, 3), up = piece_of(exp, 0, 1);
     CHECK(kmp_piece_turns(&p, x) == 3 && x[0] == -1 && x[2] == 1);
     CHECK_NEAR(kmp_piece_time(&p, x[1]), PI, 1e-4);
     CHECK_NEAR(kmp_piece_value(&p, x[1]), -1, 4e-6); /* twice the next term, 2 J_9(1.75) */
@@ -104,7 +104,7 @@ static void test_rough_bounds(void)
 
 static void test_zero(void)
 {
-    const kmp_piece p = piece_of(cos, 0.5, 2.5);
+    const kmp_smooth_piece p = piece_of(cos, 0.5, 2.5);
     CHECK_NEAR(kmp_piece_time(&p, kmp_piece_zero(&p, -1, 1)), PI / 2, 1e-7);
 }
 

@@ -16,6 +16,7 @@ typedef struct kmp_condition {
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
     bool rough;           /* its change is not noted; a step that meets it is made again up to it */
+    bool silent;          /* its change is not noted */
     bool told;            /* an end of a table: that it is left is reported; no event, and no input */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
     bool by_rates;        /* its value depends on qd */

@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/outline_contact.h"
 #include "model/data/angle_sum.h"
 #include "model/data/model.h"
 #include "model/data/parallel_curve.h"
@@ -39,6 +40,11 @@ static pair pair_of(const kmp_tree *tree, const kmp_contact_pair *touch)
     for (int k = 0; k < 2; k++) {
         kmp_point_axes(tree, touch->side[k].point, p.frame, p.axes[k]);
         p.radius[k] = kmp_tree_number(tree, &touch->radius[k]);
+    }
+    if (touch->side[0].off) {
+        kmp_graph *g = tree->graph;
+        for (int i = 0; i < 2; i++)
+            p.d = kmp_vec_add(g, p.d, kmp_vec_scale(g, kmp_const(g, touch->side[0].at[i]), p.axes[0][i]));
     }
     return p;
 }
@@ -99,6 +105,15 @@ static void on_profile(const pair *p, kmp_touching *out)
     out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
 }
 
+/* The centre of the first side in the axes of the second side's point. */
+static kmp_vec place_of(const pair *p)
+{
+    kmp_vec place;
+    for (int i = 0; i < 3; i++)
+        place.x[i] = kmp_vec_dot(p->tree->graph, p->axes[1][i], p->d);
+    return place;
+}
+
 /* -- slip ------------------------------------------------------------------------------------------------ */
 
 /* d' + w1 x arm1 - w2 x arm2, relative to the frame; its motion cancels out, because both arms end at one place. */
@@ -146,6 +161,11 @@ kmp_ref kmp_touching_gap(const kmp_tree *tree, const kmp_contact_pair *touch)
         kmp_ref limit = kmp_tree_number(tree, &touch->limit);
         kmp_ref beyond = kmp_sub(tree->graph, kmp_input(tree->graph, KMP_IN_Q, (uint32_t)touch->motion), limit);
         return touch->upper ? kmp_neg(beyond) : beyond;
+    }
+    if (touch->side[1].shape == KMP_TOUCH_PIECE) {
+        const pair p = pair_of(tree, touch);
+        const kmp_vec place = place_of(&p);
+        return kmp_outline_gap(tree, touch, &place, p.radius[0]);
     }
     kmp_touching_find(tree, touch, false, &t);
     return t.gap;
@@ -214,6 +234,17 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
     return true;
 }
 
+/* Along a piece of an outline. */
+static bool way_along(const pair *p, kmp_ref *way, kmp_ref *turn)
+{
+    const kmp_vec place = place_of(p);
+    kmp_ref angle = KMP_ZERO;
+    if (p->radius[0] != KMP_ZERO && !turned_about(p->tree, p->touch, 2, &angle))
+        return false;
+    *way = kmp_outline_way(p->tree, p->touch, &place, p->radius[0], angle, turn);
+    return true;
+}
+
 /* With the normal along axis k of the plane's point, the slip is along axis k + 1 or k + 2. A turn about b = n x t
  * moves the place at -r n by -r t. A normal against the axis turns the sign of that. */
 bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn)
@@ -227,6 +258,8 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
     if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE)
         return false;
     const pair p = pair_of(tree, touch);
+    if (touch->side[1].shape == KMP_TOUCH_PIECE)
+        return way_along(&p, way, turn);
     if (touch->side[1].shape != KMP_TOUCH_PLANE)
         return way_around(&p, way, turn);
     int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
@@ -321,8 +354,15 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_bearing
 {
     const kmp_contact_pair *touch = &force->touch;
     kmp_touching sides;
+    kmp_ref way = KMP_ZERO, turn;
     if (!force->holding_effort || touch->side[0].point < 0)
         return;
+    if (touch->side[1].shape == KMP_TOUCH_PIECE) {
+        (void)kmp_touching_way(tree, touch, 0, &way, &turn);
+        pressing->slip[0] = kmp_vec_rate(tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0];
+        pressing->slips = 1;
+        return;
+    }
     kmp_touching_find(tree, touch, true, &sides);
     memcpy(pressing->slip, sides.across.x, sizeof pressing->slip);
     pressing->slips = 3;

@@ -95,6 +95,10 @@ struct kempe_model {
     int motion_count; /* n: of joints, of flexible bodies, of states */
     kmp_state *states;
     int state_count;
+    struct kmp_outline *outlines; /* (outline.h) */
+    int outline_count;
+    kmp_outline_contact *outline_contacts;
+    int outline_contact_count;
     struct kmp_rope *ropes; /* (rope.h) */
     int rope_count;
     kmp_closure *closures;

@@ -117,6 +117,8 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
         return KMP_BODY_NAMES(model);
     case KMP_OUTPUT_OF_FORCE:
         return KMP_NAMED(model, force);
+    case KMP_OUTPUT_OF_OUTLINED:
+        return KMP_NAMED(model, outline_contact);
     case KMP_OUTPUT_OF_SENSOR:
         return KMP_NAMED(model, sensor);
     case KMP_OUTPUT_OF_BEARING:

@@ -20,6 +20,7 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_MAYBE_BODY_ABOUT, /* and the point of a moment: "arm about ground.O", "about ground.O" */
     KMP_OUTPUT_OF_POINT,
     KMP_OUTPUT_OF_FORCE,
+    KMP_OUTPUT_OF_OUTLINED, /* a contact with outlines, or its friction */
     KMP_OUTPUT_OF_SENSOR,
     KMP_OUTPUT_OF_BEARING,
     KMP_OUTPUT_OF_WHEEL,

@@ -9,7 +9,8 @@ typedef enum kmp_touch_shape {
     KMP_TOUCH_SPHERE,   /* about its point; of radius 0: only the point */
     KMP_TOUCH_CYLINDER, /* about an axis through its point; the first side touches a plane with its middle section */
     KMP_TOUCH_PLANE,    /* through its point */
-    KMP_TOUCH_PROFILE   /* the curve y = table(x) of its point's axes, solid below it */
+    KMP_TOUCH_PROFILE,  /* the curve y = table(x) of its point's axes, solid below it */
+    KMP_TOUCH_PIECE     /* second side: a piece of an outline in the x-y plane of its point's axes */
 } kmp_touch_shape;
 
 typedef struct kmp_touch_side {
@@ -19,7 +20,21 @@ typedef struct kmp_touch_side {
     bool against;                 /* PLANE: its outward normal is opposite to that axis */
     bool hollow;                  /* second side: the first one is inside it */
     const kmp_named_table *table; /* PROFILE */
+    const struct kmp_outline_part *piece; /* PIECE */
+    bool off;                             /* first side: its centre is not at its point, but there: */
+    double at[2];                         /* in the x-y plane of the point's axes */
 } kmp_touch_side;
+
+struct kmp_outline;
+
+/** The contacts, or the friction, of the pairs of circles and pieces of one contact with outlines: forces `first`,
+ * `first + step`, .. */
+typedef struct kmp_outline_contact {
+    const char *name;
+    int first, count, step;
+    const struct kmp_outline *outline[2]; /* of both sides, at these points; NULL: none */
+    int point[2];
+} kmp_outline_contact;
 
 typedef struct kmp_contact_pair {
     const kmp_expr *gap;       /* the distance itself; NULL: by the members below */

@@ -165,6 +165,8 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
         return true;
     case KMP_OUTPUT_FORCE:
         return is_loaded(model, output->index);
+    case KMP_OUTPUT_OUTLINE_FORCE:
+        return is_loaded(model, model->outline_contacts[output->index].first);
     case KMP_OUTPUT_CONTACT:
     case KMP_OUTPUT_GUIDANCE:
         return model->wheels[output->index].form == KMP_CONTACT_RIGID;

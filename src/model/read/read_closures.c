@@ -382,7 +382,7 @@ void kmp_read_closures(kmp_reader *r)
     int count =
         loops.count + gears.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
-    count += (forces ? forces->count : 0) + kmp_contacts_count(r->root); /* frictions with modes have a row */
+    count += (forces ? forces->count : 0) + kmp_contacts_count(r); /* frictions with modes have a row */
     count += kmp_count_pressed(model);
     model->closures = KMP_ARENA_NEW(&model->arena, kmp_closure, count);
     if (!model->closures)

@@ -8,11 +8,13 @@
 #include "model/data/parallel_curve.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/outline_pairs.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
+#include <string.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
 #define PARALLEL  1e-12
@@ -25,8 +27,8 @@ static const kmp_key surface_keys[] = {
 #include "model/read/surface_keys.def"
     {0}};
 
-static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder"};
-static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile"};
+static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder", "outline"};
+static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile", "outline"};
 
 /* A contact being read. */
 typedef struct reading {
@@ -142,12 +144,17 @@ static bool read_second(const reading *c, const kmp_yaml *map)
     side->shape = kind == 0   ? KMP_TOUCH_PLANE
                   : kind == 1 ? KMP_TOUCH_SPHERE
                   : kind == 2 ? KMP_TOUCH_CYLINDER
-                              : KMP_TOUCH_PROFILE;
+                  : kind == 3 ? KMP_TOUCH_PROFILE
+                              : KMP_TOUCH_PIECE;
     side->hollow = inside != NULL;
     const int letter = read_letter(c, map, kind == 0);
     side->axis = letter % 3;
     side->against = letter >= 3;
-    if (kind == 3) {
+    if (kind == 4) {
+        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at");
+        side->axis = 2;
+        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
+    } else if (kind == 3) {
         const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
         side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
@@ -163,7 +170,8 @@ static bool read_second(const reading *c, const kmp_yaml *map)
         read_radius(c, map, 1);
     for (int k = 0; k < 4; k++) {
         static const char *const others[] = {"normal", "radius", "inside", "at"};
-        static const bool fits[4][4] = {{true}, {false, true, true}, {false, true, true}, {false, false, false, true}};
+        static const bool fits[5][4] = {
+            {true}, {false, true, true}, {false, true, true}, {false, false, false, true}, {false, false, false, true}};
         if (!fits[kind][k])
             refuse_key(c, map, others[k], key);
     }
@@ -251,10 +259,13 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         return touch->motion >= 0 || touch->gap;
     const kmp_yaml *on = kmp_read_required(r, map, what, "on");
     kmp_touch_side *side = &c.touch->side[0];
-    bool rolls = kind == 4;
+    bool rolls = kind == 4, outline = kind == 5;
+    const kmp_yaml *at = outline ? kmp_read_required(r, map, what, "at") : kmp_yaml_get(c.map, firsts[kind]);
+    if (!outline)
+        refuse_key(&c, map, "at", firsts[kind]);
     side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
-    side->point = kmp_read_point(c.r, kmp_yaml_get(c.map, firsts[kind]), c.what);
-    if (kind > 2)
+    side->point = at ? kmp_read_point(c.r, at, c.what) : -1;
+    if (kind > 2 && !outline)
         read_radius(&c, c.map, 0);
     else
         refuse_key(&c, c.map, "radius", firsts[kind]);
@@ -266,6 +277,8 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
     good = on && read_second(&c, on) && good;
     if (good)
         check_shapes(&c);
+    if (good && (outline || touch->side[1].shape == KMP_TOUCH_PIECE))
+        return r->pair && kmp_outline_pair_put(r, map, what, r->pair, touch);
     return good;
 }
 
@@ -330,6 +343,14 @@ static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_n
     add_row(r, friction, KMP_CLOSURE_friction);
 }
 
+/* NAME_friction; of a pair of outlines NAME_friction.K. */
+static const char *friction_name(kmp_reader *r, const char *contact)
+{
+    const char *dot = r->pair ? strrchr(contact, '.') : NULL;
+    return dot ? kmp_arena_printf(&r->model->arena, "%.*s_friction%s", (int)(dot - contact), contact, dot)
+               : kmp_arena_printf(&r->model->arena, "%s_friction", contact);
+}
+
 static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_force *contact)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "friction");
@@ -348,7 +369,7 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
         return;
     }
     if (along || kmp_touch_plane(r->model, touch) >= 0) {
-        add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction", contact->name), mu, contact, 0);
+        add_friction(r, node->place, friction_name(r, contact->name), mu, contact, 0);
         return;
     }
     for (int k = 1; k <= 2; k++)
@@ -394,18 +415,67 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
     read_friction(r, map, what, force);
 }
 
-int kmp_contacts_count(const kmp_yaml *root)
+int kmp_contacts_count(const kmp_reader *r)
 {
-    const kmp_yaml *map = kmp_yaml_get(root, "contacts");
-    return map ? 3 * map->count : 0;
+    const kmp_yaml *map = kmp_yaml_get(r->root, "contacts");
+    int count = 0;
+    for (int k = 0; map && k < map->count; k++) {
+        const int pairs = kmp_outline_most_pairs(r, map->items[k]);
+        count += 3 * (pairs > 0 ? pairs : 1);
+    }
+    return count;
+}
+
+/* Each pair of a circle and a piece is a separate contact: NAME.1, NAME.2, .. */
+static void read_pairs(kmp_reader *r, const kmp_section *s)
+{
+    kmp_outline_pair *pairs;
+    if (kmp_contact_keeps_rate(s->node)) {
+        kmp_reader_complain(r, s->node->place,
+                            "%s: laws with 'impact' keep one rate, and an outline has many pieces: take another law",
+                            s->what);
+        return;
+    }
+    const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);
+    const int first = r->model->force_count;
+    for (int k = 0; k < count && !r->wrong; k++) {
+        const char *name = kmp_arena_printf(&r->model->arena, "%s.%d", s->name, k + 1);
+        if (pairs[k].part)
+            pairs[k].part->name = name;
+        r->pair = &pairs[k];
+        read_contact(r, s->node, s->what, add_force(r, name, s->key->place, KMP_FORCE_TOUCH));
+    }
+    r->pair = NULL;
+    if (count <= 0 || r->wrong)
+        return;
+    const int step = (r->model->force_count - first) / count;
+    const kmp_touch_side *side = r->model->forces[first].touch.side;
+    const int turned = pairs[0].swapped ? 1 : 0;
+    kmp_outline_contact *list = r->model->outline_contacts + r->model->outline_contact_count;
+    list[0] = (kmp_outline_contact){.name = s->name, .point = {side[turned].point, side[1 - turned].point}};
+    kmp_outline_contact_outlines(r, s->node, list[0].outline);
+    for (int k = 0; k < step; k++) {
+        list[k].first = first + k;
+        list[k].count = count;
+        list[k].step = step;
+    }
+    if (step > 1)
+        list[1].name = kmp_arena_printf(&r->model->arena, "%s_friction", s->name);
+    r->model->outline_contact_count += step;
 }
 
 void kmp_read_contacts(kmp_reader *r)
 {
     kmp_section s = kmp_read_section(r, "contacts", "contact");
+    r->model->outline_contacts = KMP_ARENA_NEW(&r->model->arena, kmp_outline_contact, 2 * s.count + 1);
+    if (!r->model->outline_contacts)
+        return;
     while (kmp_section_next(&s)) {
         bool law = kmp_yaml_get(s.node, "law") || kmp_yaml_get(s.node, "force");
         check_name(r, s.key->place, s.name, law && is_of_joint(s.node));
-        read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));
+        if (kmp_yaml_get(s.node, "outline") || kmp_yaml_get(kmp_yaml_get(s.node, "on"), "outline"))
+            read_pairs(r, &s);
+        else
+            read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));
     }
 }

@@ -8,7 +8,7 @@
 bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_contact_pair *touch);
 
 /** The largest number of forces, and of rows, that contacts add. */
-int kmp_contacts_count(const kmp_yaml *root);
+int kmp_contacts_count(const kmp_reader *r);
 
 /** Adds them to the forces. */
 void kmp_read_contacts(kmp_reader *r);

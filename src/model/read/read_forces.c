@@ -691,9 +691,9 @@ void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
     kmp_section s = kmp_read_section(r, "forces", "force");
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force,
-                                  s.count + model->wheel_count + model->tyre_count + kmp_contacts_count(r->root) +
-                                      model->state_count);
+    model->forces =
+        KMP_ARENA_NEW(&model->arena, kmp_force,
+                      s.count + model->wheel_count + model->tyre_count + kmp_contacts_count(r) + model->state_count);
     if (!model->forces)
         return;
     while (kmp_section_next(&s)) {

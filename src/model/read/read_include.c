@@ -233,9 +233,10 @@ const kmp_key kmp_include_keys[] = {
     {0}};
 
 /* Merged parts, and a flag if their keys are new names (the keys of `start` are references). */
-static const char *const joined_parts[] = {
-    "parameters", "inputs", "states", "tables", "profiles", "tracks", "algebraic", "bodies",   "wheels",   "roads",
-    "tyres",      "joints", "loops",  "gears",  "ropes",    "drives", "forces",    "contacts", "bearings", "sensors"};
+static const char *const joined_parts[] = {"parameters", "inputs",   "states", "tables",   "profiles", "tracks",
+                                           "algebraic",  "bodies",   "wheels", "roads",    "tyres",    "joints",
+                                           "loops",      "gears",    "ropes",  "outlines", "drives",   "forces",
+                                           "contacts",   "bearings", "sensors"};
 
 enum { JOINED_PARTS = sizeof joined_parts / sizeof joined_parts[0] };
 

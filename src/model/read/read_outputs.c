@@ -33,9 +33,10 @@ static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row 
 {
     static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",   [KMP_OUTPUT_OF_LOOP] = "loop",
                                         [KMP_OUTPUT_OF_MAYBE_STATE] = "state", [KMP_OUTPUT_OF_FORCE] = "force",
-                                        [KMP_OUTPUT_OF_SENSOR] = "sensor",     [KMP_OUTPUT_OF_WHEEL] = "wheel",
-                                        [KMP_OUTPUT_OF_TYRE] = "tyre",         [KMP_OUTPUT_OF_BEARING] = "bearings",
-                                        [KMP_OUTPUT_OF_ROPE] = "rope",         [KMP_OUTPUT_OF_SHEAVE] = "rope"};
+                                        [KMP_OUTPUT_OF_OUTLINED] = "contact",  [KMP_OUTPUT_OF_SENSOR] = "sensor",
+                                        [KMP_OUTPUT_OF_WHEEL] = "wheel",       [KMP_OUTPUT_OF_TYRE] = "tyre",
+                                        [KMP_OUTPUT_OF_BEARING] = "bearings",  [KMP_OUTPUT_OF_ROPE] = "rope",
+                                        [KMP_OUTPUT_OF_SHEAVE] = "rope"};
     const char *kind = kinds[row->argument];
     const kmp_output_argument of = row->argument == KMP_OUTPUT_OF_SHEAVE ? KMP_OUTPUT_OF_ROPE : row->argument;
     kmp_name_list names = kmp_output_names(r->model, of);
@@ -99,6 +100,10 @@ static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const
         return KMP_OUTPUT_CUT_Q + kind - KMP_OUTPUT_Q;
     if (kind == KMP_OUTPUT_CONTACT && kmp_name_find(KMP_NAMED(r->model, tyre), name) >= 0)
         return KMP_OUTPUT_TYRE_CONTACT;
+    if (kind == KMP_OUTPUT_FORCE || kind == KMP_OUTPUT_GAP) {
+        const bool outlined = kmp_name_find(KMP_NAMED(r->model, outline_contact), name) >= 0;
+        return !outlined ? kind : kind == KMP_OUTPUT_FORCE ? KMP_OUTPUT_OUTLINE_FORCE : KMP_OUTPUT_OUTLINE_GAP;
+    }
     bool loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
     if (!loop || kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0 || kmp_joint_find(r->model, name) < 0)
         return kind;
@@ -165,6 +170,9 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
     int found = find_thing(r, node, row, name);
+    const bool least = row == &kmp_output_rows[KMP_OUTPUT_OUTLINE_GAP] && found >= 0;
+    if (least && r->model->forces[r->model->outline_contacts[found].first].kind != KMP_FORCE_TOUCH)
+        kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);
     bool gap = row == &kmp_output_rows[KMP_OUTPUT_GAP];
     if (gap && found >= 0 && r->model->forces[found].kind != KMP_FORCE_TOUCH)
         kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);

@@ -484,8 +484,7 @@ static double find_turn(const start_path *p, int k)
     return place->radius.value * place->wrap;
 }
 
-/* A coordinate at the start: as it is driven or written. */
-static double start_of(const kempe_model *model, int motion, const double *parameters)
+double kmp_start_coordinate(const kempe_model *model, int motion, const double *parameters)
 {
     for (int c = 0; c < model->closure_count; c++)
         if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion &&
@@ -537,7 +536,7 @@ void kmp_settle_ropes(kmp_reader *r)
     if (model->rope_count == 0 || r->wrong || !poses || !q)
         return;
     for (int k = 0; k < model->motion_count; k++)
-        q[k] = start_of(model, k, r->parameter_values);
+        q[k] = kmp_start_coordinate(model, k, r->parameter_values);
     kmp_pose_all(model, q, poses);
     for (int k = 0; k < model->rope_count; k++) {
         const size_t count = (size_t)model->ropes[k].count;

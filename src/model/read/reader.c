@@ -14,8 +14,8 @@
 #include "model/read/clearance.h"
 #include "model/read/gear_losses.h"
 #include "model/read/model_builder.h"
+#include "model/read/outline_pairs.h"
 #include "model/read/part_counts.h"
-#include "model/read/read_ports.h"
 #include "model/read/read_algebraic.h"
 #include "model/read/read_bearings.h"
 #include "model/read/read_bodies.h"
@@ -24,8 +24,10 @@
 #include "model/read/read_forces.h"
 #include "model/read/read_include.h"
 #include "model/read/read_mass.h"
+#include "model/read/read_outlines.h"
 #include "model/read/read_outputs.h"
 #include "model/read/read_parameters.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_ropes.h"
 #include "model/read/read_run.h"
@@ -156,6 +158,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_pressed(r);
     kmp_read_flexibles(r);
     kmp_read_ropes(r);
+    kmp_read_outlines(r);
     kmp_read_states(r);
     kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);
@@ -167,6 +170,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_bearings(r);
     kmp_read_start(r);
     kmp_settle_ropes(r);
+    kmp_settle_outlines(r);
     kmp_read_sensors(r);
     kmp_read_run(r);
     kmp_check_ports(r);

@@ -79,6 +79,7 @@ typedef struct kmp_reader {
     int first_algebraic;                    /* of the model's variables: those before it are values of blocks */
     int first_element_state;                /* of the states of wings and contacts, the last ones, without rates here */
     int block_count, block_level;           /* level: blocks that are being read, each for the one before */
+    const struct kmp_outline_pair *pair;    /* of the contact being read; NULL: it has no outline */
     bool wrong;                             /* an error was reported */
     bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */
     double *parameter_values;

@@ -7,6 +7,7 @@
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/outline.h"
 #include "model/data/run_settings.h"
 #include "model/data/shape.h"
 #include "model/data/start.h"
@@ -87,7 +88,7 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
 
 /* Pairs of surfaces in contact, as text and as JSON. */
 
-static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile"};
+static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile", "outline"};
 
 /* Of a plane with the sign of its normal. */
 static const char *axis_of(const kmp_touch_side *side)
@@ -96,14 +97,30 @@ static const char *axis_of(const kmp_touch_side *side)
     return side->against ? opposite[side->axis] : kmp_axis_names[side->axis];
 }
 
+/* A piece of an outline by its ends, or by its centre and its radius. */
+static void show_piece(kmp_text *text, const kmp_outline_part *part)
+{
+    const kmp_piece *piece = &part->piece;
+    if (piece->arc)
+        kmp_text_printf(text, "arc about (%.6g, %.6g) of radius %.6g at ", piece->centre[0], piece->centre[1],
+                        piece->radius);
+    else
+        kmp_text_printf(text, "line (%.6g, %.6g) - (%.6g, %.6g) at ", piece->from[0], piece->from[1], piece->to[0],
+                        piece->to[1]);
+}
+
 static void show_side(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair, int k)
 {
     const kmp_touch_side *side = &pair->side[k];
-    kmp_text_printf(text, "%s%s ", side->hollow ? "inside " : "",
+    kmp_text_printf(text, "%s%s ", side->hollow && !side->piece ? "inside " : "",
                     side->shape == KMP_TOUCH_SPHERE && !(pair->radius[k].value > 0) ? "point" : shapes[side->shape]);
     if (side->table)
         kmp_text_printf(text, "%s at ", side->table->name);
+    if (side->piece)
+        show_piece(text, side->piece);
     kmp_model_put_point(text, model, side->point);
+    if (side->off)
+        kmp_text_printf(text, " (%.6g, %.6g)", side->at[0], side->at[1]);
     if (side->shape == KMP_TOUCH_CYLINDER || side->shape == KMP_TOUCH_PLANE)
         kmp_text_printf(text, " %s", axis_of(side));
 }
@@ -132,6 +149,16 @@ static void json_side(kmp_json *json, const kempe_model *model, const kmp_contac
         kmp_json_string(json, "inside", "yes");
     if (side->table)
         kmp_json_string(json, "profile", side->table->name);
+    if (side->off)
+        kmp_json_numbers(json, "circle_centre", 2, side->at);
+    if (side->piece) {
+        const kmp_piece *piece = &side->piece->piece;
+        kmp_json_numbers(json, "from", 2, piece->from);
+        kmp_json_numbers(json, "to", 2, piece->to);
+        if (piece->arc)
+            kmp_json_put(json, "centre [ %.17g %.17g ] radius %.17g", piece->centre[0], piece->centre[1],
+                         piece->radius);
+    }
 }
 
 void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair)

@@ -117,7 +117,7 @@ static bool covers(const kmp_run_quantity *q, double from, double to)
 
 /* -- one quantity on one piece ------------------------------------------------------------------------- */
 
-static void take_largest(const kmp_piece *piece, double sign, double *value, double *time)
+static void take_largest(const kmp_smooth_piece *piece, double sign, double *value, double *time)
 {
     double low, high, x[KMP_PIECE_POINTS];
     kmp_piece_extremes(piece, &low, &high);
@@ -135,7 +135,7 @@ static void take_largest(const kmp_piece *piece, double sign, double *value, dou
 }
 
 /* Between two turns the condition changes at most once. OTHER: 1 where it holds, else 0; TIME: until then. */
-static void take_condition(const kmp_run_quantity *q, const kmp_piece *piece, double *x)
+static void take_condition(const kmp_run_quantity *q, const kmp_smooth_piece *piece, double *x)
 {
     double turn[KMP_PIECE_POINTS];
     int count = kmp_piece_turns(piece, turn);
@@ -160,7 +160,8 @@ static void take_condition(const kmp_run_quantity *q, const kmp_piece *piece, do
     }
 }
 
-static void take_piece(const kmp_run_quantity *q, const kmp_piece *piece, const kmp_piece *square, double *x)
+static void take_piece(const kmp_run_quantity *q, const kmp_smooth_piece *piece, const kmp_smooth_piece *square,
+                       double *x)
 {
     switch (q->kind) {
     case KMP_TAKE_MAX:
@@ -273,7 +274,7 @@ static bool is_divisible(const part *at)
     return at->halvings < LEVELS && at->to - at->from > INSTANT * DBL_EPSILON * fmax(fabs(at->from), fabs(at->to));
 }
 
-static kmp_piece piece_through(const double values[KMP_PIECE_POINTS], bool square, const part *at)
+static kmp_smooth_piece piece_through(const double values[KMP_PIECE_POINTS], bool square, const part *at)
 {
     double squares[KMP_PIECE_POINTS];
     for (int k = 0; square && k < KMP_PIECE_POINTS; k++)
@@ -287,7 +288,7 @@ static void values_of(const measuring *m, int channel, const part *at, double va
         values[k] = values_at(m, at, k)[channel];
 }
 
-static kmp_piece piece_of(const measuring *m, int channel, bool square, const part *at)
+static kmp_smooth_piece piece_of(const measuring *m, int channel, bool square, const part *at)
 {
     double values[KMP_PIECE_POINTS];
     values_of(m, channel, at, values);
@@ -326,7 +327,7 @@ static double excess_of_quantity(const measuring *m, int k, const part *at, doub
     const kmp_run_quantity *q = &m->q->of[k];
     bool square = q->kind == KMP_TAKE_RMS;
     double most = sizes_of(m->q, m->account)[q->channel], rounding = rounding_of(m->q, m->account)[q->channel];
-    const kmp_piece piece = piece_of(m, q->channel, square, at);
+    const kmp_smooth_piece piece = piece_of(m, q->channel, square, at);
     double error = kmp_piece_error(&piece), low, high, part_of_step = 1;
     if (!(fabs(error) < INFINITY)) { /* 2: it has a value at some point */
         for (int p = 0; p < KMP_PIECE_POINTS; p++)
@@ -359,7 +360,7 @@ static course course_of(const measuring *m, int channel, const part *at)
     course c;
     double turn[KMP_PIECE_POINTS];
     values_of(m, channel, at, c.sample);
-    const kmp_piece piece = piece_through(c.sample, false, at);
+    const kmp_smooth_piece piece = piece_through(c.sample, false, at);
     c.error = kmp_piece_error(&piece);
     c.most = -INFINITY;
     for (int k = 0; k + 1 < KMP_PIECE_POINTS; k++) {
@@ -479,7 +480,7 @@ static bool find_kink(const measuring *m, const part *at, double *t)
         if ((a->kind != KMP_ARGUMENT_SIZE && a->kind != KMP_ARGUMENT_KINK) || !matters(m, a, at))
             continue;
         int channel = channel_of(m->q, k);
-        const kmp_piece piece = piece_of(m, channel, false, at);
+        const kmp_smooth_piece piece = piece_of(m, channel, false, at);
         if (!(MARGIN * kmp_piece_error(&piece) <= m->step->rtol * sizes_of(m->q, m->account)[channel]))
             continue;
         for (int j = 0; j + 1 < KMP_PIECE_POINTS; j++) {
@@ -540,7 +541,8 @@ static void take_lines(const measuring *m, const kmp_run_quantity *q, const part
                               .to = at->from + size * (1 + kmp_piece_point(j + 1))};
         for (int k = 0; k < KMP_PIECE_POINTS; k++)
             line[k] = a + 0.5 * (1 + kmp_piece_point(k)) * (b - a);
-        const kmp_piece piece = piece_through(line, false, &between), square = piece_through(line, true, &between);
+        const kmp_smooth_piece piece = piece_through(line, false, &between),
+                               square = piece_through(line, true, &between);
         take_piece(q, &piece, &square, x);
     }
 }
@@ -557,8 +559,8 @@ static void take(const measuring *m, const part *at, bool resolved)
             take_lines(m, q, at, x);
             continue;
         }
-        const kmp_piece piece = piece_of(m, q->channel, false, at),
-                        square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, at) : piece;
+        const kmp_smooth_piece piece = piece_of(m, q->channel, false, at),
+                               square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, at) : piece;
         take_piece(q, &piece, &square, x);
     }
 }

@@ -56,9 +56,9 @@ KMP_CLONES static void rough_coefficients(const double *values, double *c)
     coefficients_of(ROUGH, DEGREE / ROUGH, values, c);
 }
 
-kmp_piece kmp_piece_of(double from, double to, const double values[KMP_PIECE_POINTS])
+kmp_smooth_piece kmp_piece_of(double from, double to, const double values[KMP_PIECE_POINTS])
 {
-    kmp_piece piece = {.from = from, .to = to, .first = values[0], .last = values[DEGREE]};
+    kmp_smooth_piece piece = {.from = from, .to = to, .first = values[0], .last = values[DEGREE]};
     all_coefficients(values, piece.c);
     return piece;
 }
@@ -75,12 +75,12 @@ void kmp_piece_rough_bounds(const double values[KMP_PIECE_POINTS], double *low, 
 }
 
 /* Terms of a smooth function fall geometrically: the one before the last counts by a part. */
-double kmp_piece_error(const kmp_piece *piece)
+double kmp_piece_error(const kmp_smooth_piece *piece)
 {
     return fmax(fabs(piece->c[DEGREE]), fabs(piece->c[DEGREE - 1]) / 8);
 }
 
-double kmp_piece_integral(const kmp_piece *piece)
+double kmp_piece_integral(const kmp_smooth_piece *piece)
 {
     double sum = 0;
     for (int k = 0; k <= DEGREE; k += 2)
@@ -100,21 +100,21 @@ static double sum_of(int count, const double *c, double x)
     return c[0] + x * b1 - b2;
 }
 
-double kmp_piece_value(const kmp_piece *piece, double x)
+double kmp_piece_value(const kmp_smooth_piece *piece, double x)
 {
     if (x <= -1 || x >= 1)
         return x < 0 ? piece->first : piece->last;
     return sum_of(KMP_PIECE_POINTS, piece->c, x);
 }
 
-double kmp_piece_time(const kmp_piece *piece, double x)
+double kmp_piece_time(const kmp_smooth_piece *piece, double x)
 {
     if (x <= -1 || x >= 1)
         return x < 0 ? piece->from : piece->to;
     return piece->from + 0.5 * (1 + x) * (piece->to - piece->from);
 }
 
-void kmp_piece_extremes(const kmp_piece *piece, double *low, double *high)
+void kmp_piece_extremes(const kmp_smooth_piece *piece, double *low, double *high)
 {
     double reach = 0;
     for (int k = 1; k <= DEGREE; k++)
@@ -136,7 +136,7 @@ static double zero_of(int count, const double *c, double low, double f_low, doub
     return 0.5 * (bracket.near + bracket.far);
 }
 
-int kmp_piece_turns(const kmp_piece *piece, double x[KMP_PIECE_POINTS])
+int kmp_piece_turns(const kmp_smooth_piece *piece, double x[KMP_PIECE_POINTS])
 {
     double slope[DEGREE + 2] = {0}; /* c'_{k-1} = c'_{k+1} + 2 k c_k */
     int count = 0;
@@ -158,7 +158,7 @@ int kmp_piece_turns(const kmp_piece *piece, double x[KMP_PIECE_POINTS])
     return count;
 }
 
-double kmp_piece_zero(const kmp_piece *piece, double low, double high)
+double kmp_piece_zero(const kmp_smooth_piece *piece, double low, double high)
 {
     double f_low = kmp_piece_value(piece, low), f_high = kmp_piece_value(piece, high);
     return zero_of(KMP_PIECE_POINTS, piece->c, low, f_low, high, f_high);

@@ -395,7 +395,7 @@ static answer roll(zone *z, const kmp_wheel *w, kempe_contact_patch *p)
 
 /* -- the patch --------------------------------------------------------------------------------------------- */
 
-static kempe_status take_outline(kempe_contacts *t, const zone *z, double y, int every, kmp_outline *outline)
+static kempe_status take_outline(kempe_contacts *t, const zone *z, double y, int every, kmp_patch_outline *outline)
 {
     outline->strip = KMP_ARENA_NEW(&t->arena, kmp_outline_strip, z->gap.count / every + 1);
     KMP_TRY(kmp_made(t->given->context, outline->strip));
@@ -412,7 +412,8 @@ static kempe_status take_outline(kempe_contacts *t, const zone *z, double y, int
     return KEMPE_OK;
 }
 
-static kempe_status take(kempe_contacts *t, const zone *z, answer found, kempe_contact_patch *p, kmp_outline *outline)
+static kempe_status take(kempe_contacts *t, const zone *z, answer found, kempe_contact_patch *p,
+                         kmp_patch_outline *outline)
 {
     if (found == NO_MEMORY)
         return kmp_fail_memory(t->given->context);
@@ -428,7 +429,7 @@ static kempe_status take(kempe_contacts *t, const zone *z, answer found, kempe_c
 }
 
 kempe_status kmp_contact_pressure(kempe_contacts *t, int wheel, int number, const double *pose, kempe_contact_patch *p,
-                                  kmp_outline *outline)
+                                  kmp_patch_outline *outline)
 {
     const kempe_model *model = t->system->model;
     const kmp_wheel *w = &model->wheels[wheel];

@@ -13,4 +13,4 @@ const char *kmp_pressure_word(kmp_pressure_method method);
 /** Evaluates the pressures of a patch, from the pose of its wheel; the outline is allocated in the arena of the table.
  */
 kempe_status kmp_contact_pressure(kempe_contacts *table, int wheel, int zone, const double *pose,
-                                  kempe_contact_patch *patch, kmp_outline *outline);
+                                  kempe_contact_patch *patch, kmp_patch_outline *outline);

@@ -327,7 +327,7 @@ static void show_parts(kmp_text *text, const kempe_contacts *t, bool all)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
+static const kmp_patch_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
 {
     return &t->outline[p - t->patch];
 }
@@ -348,7 +348,7 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
         kmp_json_numbers(json, "by_law", 2, p->by_law);
     if (t->pressure != KMP_PRESSURE_NONE) {
         /* The numbers of a patch for the method of the options, and its outline. */
-        const kmp_outline *of = outline_of(t, p);
+        const kmp_patch_outline *of = outline_of(t, p);
         kmp_json_put(json, "pressure %g area %g approach %g lobes %d outline [", p->pressure, p->area, p->approach,
                      p->lobes);
         for (int k = 0; k < of->count; k++) {
@@ -445,7 +445,7 @@ static void fill_outline(kempe_table *to, const void *result)
     for (int row = 0; t->outline && row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
             for (int z = t->first[w]; z < t->first[w + 1]; z++) {
-                const kmp_outline *of = outline_of(t, kempe_contacts_patch(t, row, w, z - t->first[w]));
+                const kmp_patch_outline *of = outline_of(t, kempe_contacts_patch(t, row, w, z - t->first[w]));
                 for (int k = 0; k < of->count; k++) {
                     const kmp_outline_strip *s = &of->strip[k];
                     KMP_TABULATE(to, "%g %s %d %d %g %g %g %g", t->value[row], wheel_name(t, w), z - t->first[w] + 1,

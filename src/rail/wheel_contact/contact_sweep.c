@@ -208,7 +208,7 @@ static kempe_status make_table(kempe_contacts *t)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
     t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * t->first[t->wheel_count]);
     if (t->pressure != KMP_PRESSURE_NONE) {
-        t->outline = KMP_ARENA_NEW(&t->arena, kmp_outline, rows * t->first[t->wheel_count]);
+        t->outline = KMP_ARENA_NEW(&t->arena, kmp_patch_outline, rows * t->first[t->wheel_count]);
         KMP_TRY(kmp_made(t->given->context, t->outline));
     }
     t->conicities.row = KMP_ARENA_NEW(&t->arena, kmp_displaced, rows);

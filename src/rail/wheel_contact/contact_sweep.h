@@ -57,10 +57,10 @@ typedef struct kmp_outline_strip {
     double pressure; /* largest in it */
 } kmp_outline_strip;
 
-typedef struct kmp_outline {
+typedef struct kmp_patch_outline {
     int count;
     kmp_outline_strip *strip;
-} kmp_outline;
+} kmp_patch_outline;
 
 typedef enum kmp_pressure_method {
     KMP_PRESSURE_NONE,
@@ -95,7 +95,7 @@ struct kempe_contacts {
     kempe_contact_patch *patch;
     kmp_pressure_method pressure;
     int finer;                             /* rectangles of the grid are divided by this number in both directions */
-    kmp_outline *outline;                  /* of each patch; NULL: not requested */
+    kmp_patch_outline *outline;            /* of each patch; NULL: not requested */
     int unknown_pressures, unknown_forces; /* patches without, numbers of the table */
     kmp_conicities conicities;
     double cpu_s;

@@ -181,6 +181,8 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
         return !kmp_output_obstacle(model, kind, index);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
+    if (kind == KMP_OUTPUT_OUTLINE_GAP)
+        return model->forces[model->outline_contacts[index].first].kind == KMP_FORCE_TOUCH;
     if (kind == KMP_OUTPUT_GAP)
         return model->forces[index].kind == KMP_FORCE_TOUCH;
     return kind != KMP_OUTPUT_FORCE ||
@@ -216,6 +218,8 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_SENSOR,
                                                             KMP_OUTPUT_FORCE,
                                                             KMP_OUTPUT_GAP,
+                                                            KMP_OUTPUT_OUTLINE_FORCE,
+                                                            KMP_OUTPUT_OUTLINE_GAP,
                                                             KMP_OUTPUT_TENSION,
                                                             KMP_OUTPUT_ROPE_LENGTH,
                                                             KMP_OUTPUT_WRAP,

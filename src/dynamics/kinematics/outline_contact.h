@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A circle, or a point, and a piece of an outline: their distance, and the way of one along the other. */
+#pragma once
+
+#include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/vector.h"
+#include "model/data/touch.h"
+
+/** The distance where the piece counts, elsewhere a distance at which nothing touches. `place`: of the circle's centre
+ * in the axes of the outline. */
+kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius);
+
+/** The way of the circle along the piece, in the direction in which the outline is traversed; `angle`: of its body
+ * against the body of the outline. *turn: where it starts again (kmp_touching_way). */
+kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
+                        kmp_ref angle, kmp_ref *turn);

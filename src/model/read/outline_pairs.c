@@ -1,0 +1,382 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Circles are points, spheres, cylinders and the corners of an outline, which lie within its solid: they meet all
+ * pieces of the other side. Two outlines touch at a corner of one of them, or where an arc curves into the other's
+ * solid. */
+#include "model/read/outline_pairs.h"
+#include "linalg/dense/dot.h"
+#include "linalg/dense/three.h"
+#include "model/data/angle_sum.h"
+#include "model/data/closure_table.h"
+#include "model/data/model.h"
+#include "model/data/pose.h"
+#include "model/read/read_include.h"
+#include "model/read/read_outlines.h"
+#include "model/read/read_ropes.h"
+#include "model/read/read_values.h"
+#include <math.h>
+#include <string.h>
+
+#define TURN 6.28318530717958647692
+/* Sine of the angle between axes that counts as zero: written axes have nine digits. */
+#define SAME_AXIS 1e-9
+/* Pairs of one contact. */
+enum { MOST_PAIRS = 400 };
+/* Over a width: written lengths have nine digits. */
+#define SAME_LENGTH 1e-9
+/* Over the size of an outline: a start that is deeper overlaps. */
+#define DEEP 1e-8
+
+/* -- outlines of a contact ----------------------------------------------------------------------------- */
+
+static const kmp_outline *find(const kmp_reader *r, const kmp_yaml *node)
+{
+    if (!node || node->kind != KMP_YAML_SCALAR)
+        return NULL;
+    const char *name = kmp_reader_name((kmp_reader *)r, node->place.file, node->text);
+    const int found = kmp_name_find(KMP_NAMED(r->model, outline), name);
+    return found < 0 ? NULL : &r->model->outlines[found];
+}
+
+void kmp_outline_contact_outlines(const kmp_reader *r, const kmp_yaml *map, const kmp_outline *outline[2])
+{
+    outline[0] = find(r, kmp_yaml_get(map, "outline"));
+    outline[1] = find(r, kmp_yaml_get(kmp_yaml_get(map, "on"), "outline"));
+}
+
+/* A circle of an outline: a corner, or all of it. */
+static bool is_circle(const kmp_piece *piece)
+{
+    return piece->arc && (piece->corner > 0 || fabs(piece->turn) >= TURN) && piece->turn > 0;
+}
+
+static int circles_of(const kmp_outline *outline)
+{
+    int count = 0;
+    for (int k = 0; outline && k < outline->piece_count; k++)
+        count += is_circle(&outline->pieces[k]);
+    return outline ? count * outline->copies : 1;
+}
+
+static int parts_of(const kmp_outline *outline)
+{
+    return outline ? outline->piece_count * (outline->copies > 1 ? 2 : 1) : 1;
+}
+
+int kmp_outline_most_pairs(const kmp_reader *r, const kmp_yaml *map)
+{
+    const kmp_yaml *on = kmp_yaml_get(map, "on");
+    const kmp_outline *first = find(r, kmp_yaml_get(map, "outline")), *second = find(r, kmp_yaml_get(on, "outline"));
+    if (!first && !second)
+        return 0;
+    const int count = circles_of(first) * parts_of(second);
+    return first && second ? count + circles_of(second) * parts_of(first) : count;
+}
+
+/* -- pairs --------------------------------------------------------------------------------------------- */
+
+/* The pairs being made. */
+typedef struct making {
+    kmp_reader *r;
+    const char *what;
+    kmp_place place;
+    kmp_outline_pair *pairs;
+    int count;
+} making;
+
+/* A pair of the circle with each piece that it meets; of two outlines the second time only with lines and hollow arcs.
+ */
+static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other)
+{
+    if (!other) {
+        m->pairs[m->count++] = pair;
+        return true;
+    }
+    const int count = parts_of(other);
+    kmp_outline_part *parts = KMP_ARENA_NEW(&m->r->model->arena, kmp_outline_part, count);
+    if (!parts || !kmp_outline_parts(&m->r->model->arena, other, pair.radius, parts))
+        return false;
+    for (int k = 0; k < count; k++) {
+        if (!kmp_piece_meets(&parts[k].piece, pair.radius > 0) || (pair.swapped && is_circle(&parts[k].piece)))
+            continue;
+        pair.part = &parts[k];
+        m->pairs[m->count++] = pair;
+    }
+    return true;
+}
+
+static bool add_circles(making *m, const kmp_outline *of, bool swapped, const kmp_outline *other)
+{
+    for (int copy = 0; copy < of->copies; copy++)
+        for (int k = 0; k < of->piece_count; k++) {
+            const kmp_piece piece = kmp_piece_copy(of, k, copy);
+            if (is_circle(&piece) && !add_pairs(m,
+                                                (kmp_outline_pair){.swapped = swapped,
+                                                                   .off = true,
+                                                                   .at = {piece.centre[0], piece.centre[1]},
+                                                                   .radius = piece.radius},
+                                                other))
+                return false;
+        }
+    return true;
+}
+
+/* Arcs other than corners may lie anywhere in the solid of their outline: their circles may not. */
+static bool has_only_circles(making *m, const kmp_outline *outline)
+{
+    for (int k = 0; k < outline->piece_count; k++) {
+        const kmp_piece *piece = &outline->pieces[k];
+        if (piece->arc && piece->turn > 0 && !is_circle(piece))
+            return kmp_reader_complain(m->r, m->place,
+                                       "%s: outline '%s' has an arc that is not a corner; planes and other outlines "
+                                       "meet only its corners, or a "
+                                       "whole circle. Take 'round', or a cylinder",
+                                       m->what, outline->name);
+    }
+    return true;
+}
+
+/* The circle of a point, a sphere or a cylinder. */
+static bool read_circle(making *m, const kmp_yaml *map, double *radius)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "point") ? NULL : kmp_read_required(m->r, map, m->what, "radius");
+    *radius = 0;
+    return kmp_yaml_get(map, "point") ||
+           (node &&
+            kmp_read_fixed(m->r, node, kmp_reader_say(m->r, "the radius of %s", m->what), KMP_DIM_LENGTH, radius));
+}
+
+/* A circle that just fits between two parallel sides of a hollow outline, or is too large for an arc. */
+static bool check_fit(making *m, const kmp_outline *outline, double radius)
+{
+    for (int k = 0; outline && k < outline->piece_count && radius > 0; k++) {
+        const kmp_piece *piece = &outline->pieces[k];
+        const double over = piece->radius - radius;
+        if (!piece->arc || piece->turn > 0 || over > SAME_LENGTH * radius)
+            continue;
+        if (outline->shape == KMP_OUTLINE_SLOT && fabs(over) <= SAME_LENGTH * radius)
+            return kmp_reader_complain(m->r, m->place,
+                                       "%s: the slot '%s' is just as wide as the circle, %.6g m: without clearance "
+                                       "this is a joint; write a loop "
+                                       "'point_on_line' in place of the contact",
+                                       m->what, outline->name, 2 * radius);
+        return kmp_reader_complain(
+            m->r, m->place,
+            "%s: a circle of radius %.6g m does not fit into the arc of radius %.6g m of outline "
+            "'%s'",
+            m->what, radius, piece->radius, outline->name);
+    }
+    return true;
+}
+
+int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_outline_pair **pairs)
+{
+    const kmp_yaml *on = kmp_yaml_get(map, "on"),
+                   *name[2] = {kmp_yaml_get(map, "outline"), kmp_yaml_get(on, "outline")};
+    const kmp_outline *outline[2] = {NULL, NULL};
+    making m = {.r = r, .what = what, .place = map->place};
+    double radius = 0;
+    for (int k = 0; k < 2; k++)
+        if (name[k] && !(outline[k] = kmp_read_outline_name(r, name[k], what)))
+            return -1;
+    if ((outline[0] && outline[0]->piece_count == 0) || (outline[1] && outline[1]->piece_count == 0))
+        return -1; /* reported where it is read */
+    const int most = kmp_outline_most_pairs(r, map);
+    if (most > MOST_PAIRS) {
+        kmp_reader_complain(
+            r, map->place,
+            "%s: %d pairs of corners and pieces of both outlines; at most %d can be followed: take simpler "
+            "outlines, or a point or cylinder for the part that touches",
+            what, most, MOST_PAIRS);
+        return -1;
+    }
+    m.pairs = KMP_ARENA_NEW(&r->scratch, kmp_outline_pair, most + 1);
+    bool good = m.pairs != NULL;
+    if (!outline[0]) {
+        good = good && read_circle(&m, map, &radius) && check_fit(&m, outline[1], radius) &&
+               add_pairs(&m, (kmp_outline_pair){.radius = radius}, outline[1]);
+    } else {
+        good = good && has_only_circles(&m, outline[0]) && (!outline[1] || has_only_circles(&m, outline[1])) &&
+               add_circles(&m, outline[0], false, outline[1]) &&
+               (!outline[1] || add_circles(&m, outline[1], true, outline[0]));
+    }
+    *pairs = m.pairs;
+    return good ? m.count : -1;
+}
+
+/* -- plane motion -------------------------------------------------------------------------------------- */
+
+/* The joint on the way from a body to another one that does not stay in the plane across an axis; NULL: none. */
+static const char *leaves_plane(const kempe_model *model, int body, int up, const double (*axes)[3], const double w[3])
+{
+    for (; body != up; body = model->bodies[body].parent) {
+        const kmp_body *b = &model->bodies[body];
+        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++) {
+            double n[3];
+            kmp_cross3(axes[k], w, n);
+            const bool along = fabs(kmp_dot(3, axes[k], w)) > SAME_AXIS,
+                       turned = kmp_dot(3, n, n) > SAME_AXIS * SAME_AXIS;
+            if (model->motions[k].rotation ? turned : along)
+                return b->joint;
+        }
+    }
+    return NULL;
+}
+
+/* All rotations between both sides are about the axis z of the outline's point, and no translation is along it; the
+ * axis of the other outline is parallel to it, the normal of a plane across it. */
+static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_contact_pair *touch, int owner)
+{
+    const kempe_model *model = r->model;
+    const int point[2] = {touch->side[0].point, touch->side[1].point};
+    const kmp_measure_argument z = {.point = point[owner], .axis = 2};
+    if (kmp_moves_across(model, point[1 - owner], &z))
+        return true;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count), pose;
+    double(*axes)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *axes);
+    double(*places)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *places);
+    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    if (!poses || !axes || !places || !zero)
+        return false;
+    kmp_pose_motions(model, zero, poses, axes, places);
+    kmp_pose_of_point(model, poses, zero, point[owner], &pose);
+    const double w[3] = {pose.r[0][2], pose.r[1][2], pose.r[2][2]};
+    const int body[2] = {model->points[point[0]].body, model->points[point[1]].body};
+    const int top = kmp_model_common_body(model, body[0], body[1]);
+    const char *joint = leaves_plane(model, body[0], top, (const double(*)[3])axes, w);
+    joint = joint ? joint : leaves_plane(model, body[1], top, (const double(*)[3])axes, w);
+    return kmp_reader_complain(
+        r, map->place, "%s: an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it", what,
+        model->bodies[body[owner]].name, model->points[point[owner]].name, joint ? joint : "of a flexible body");
+}
+
+/* Both sides have parallel axes z; a plane has its normal across the axis. */
+static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_contact_pair *touch)
+{
+    const kempe_model *model = r->model;
+    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count), pose[2];
+    if (!zero || !poses)
+        return false;
+    kmp_pose_all(model, zero, poses);
+    for (int k = 0; k < 2; k++)
+        kmp_pose_of_point(model, poses, zero, touch->side[k].point, &pose[k]);
+    const bool plane = touch->side[1].shape == KMP_TOUCH_PLANE;
+    double w[2][3], n[3];
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 3; i++)
+            w[k][i] = pose[k].r[i][k == 1 && plane ? touch->side[1].axis : 2];
+    kmp_cross3(w[0], w[1], n);
+    if (plane ? fabs(kmp_dot(3, w[0], w[1])) > SAME_AXIS : kmp_dot(3, n, n) > SAME_AXIS * SAME_AXIS)
+        return kmp_reader_complain(r, map->place,
+                                   plane ? "%s: the normal of the plane is not in the x-y plane of the outline"
+                                         : "%s: the axes z of both outlines are not parallel",
+                                   what);
+    return true;
+}
+
+bool kmp_outline_pair_put(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_outline_pair *pair,
+                          kmp_contact_pair *touch)
+{
+    const kmp_yaml *on = kmp_yaml_get(map, "on");
+    const bool first = kmp_yaml_get(map, "outline"), second = kmp_yaml_get(on, "outline");
+    if (first && !second && touch->side[1].shape != KMP_TOUCH_PLANE)
+        return kmp_reader_complain(
+            r, on->place,
+            "%s: an outline touches a plane or another outline; write a sphere or cylinder as the "
+            "first side, on the outline",
+            what);
+    if (!check_plane(r, map, what, touch, first ? 0 : 1) || (first && !check_axes(r, map, what, touch)))
+        return false;
+    if (pair->swapped) {
+        const kmp_touch_side side = touch->side[0];
+        touch->side[0] = touch->side[1];
+        touch->side[1] = side;
+    }
+    if (pair->off) {
+        touch->side[0].shape = KMP_TOUCH_CYLINDER;
+        touch->side[0].axis = 2;
+        touch->side[0].off = true;
+        touch->side[0].at[0] = pair->at[0];
+        touch->side[0].at[1] = pair->at[1];
+        touch->radius[0] = (kmp_number){.value = pair->radius};
+    }
+    if (pair->part) {
+        touch->side[1].shape = KMP_TOUCH_PIECE;
+        touch->side[1].axis = 2;
+        touch->side[1].piece = pair->part;
+        touch->side[1].hollow = pair->part->piece.turn < 0;
+        touch->radius[1] = (kmp_number){.value = pair->part->piece.radius};
+    }
+    return true;
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+/* The distance of a place from the nearest piece, negative within the solid; *nearest: the piece. At a corner the
+ * corner itself is nearest, which has no inside. */
+static double height_of(const kmp_outline *outline, const double place[2], int *nearest)
+{
+    double least = INFINITY, height = INFINITY;
+    for (int copy = 0; copy < outline->copies; copy++)
+        for (int k = 0; k < outline->piece_count; k++) {
+            const kmp_piece piece = kmp_piece_copy(outline, k, copy);
+            const double own = kmp_piece_height(&piece, place), size = kmp_piece_distance(&piece, place);
+            if (size < least * (1 - SAME_LENGTH) || (size <= least * (1 + SAME_LENGTH) && own > height)) {
+                least = size;
+                height = own;
+                *nearest = k;
+            }
+        }
+    return copysign(least, height);
+}
+
+static void check_start(kmp_reader *r, const kmp_force *force, const kmp_outline *outline, const kmp_pose *poses,
+                        const double *q)
+{
+    const kmp_touch_side *side = force->touch.side;
+    kmp_pose pose[2];
+    double place[2] = {0};
+    int nearest = 0;
+    for (int k = 0; k < 2; k++)
+        kmp_pose_of_point(r->model, poses, q, side[k].point, &pose[k]);
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < 3; i++) {
+            double x = pose[0].p[i] - pose[1].p[i];
+            if (side[0].off)
+                x += side[0].at[0] * pose[0].r[i][0] + side[0].at[1] * pose[0].r[i][1];
+            place[j] += pose[1].r[i][j] * x;
+        }
+    const double depth = force->touch.radius[0].value - height_of(outline, place, &nearest);
+    if (depth > DEEP * kmp_outline_size(outline))
+        kmp_reader_complain(r, force->place,
+                            "contact '%s' overlaps by %.6g m at the start, with its circle at (%.6g, %.6g) m of "
+                            "outline '%s', near piece %d: "
+                            "begin with the surfaces apart",
+                            force->name, depth, place[0], place[1], outline->name, nearest + 1);
+}
+
+void kmp_settle_outlines(kmp_reader *r)
+{
+    const kempe_model *model = r->model;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
+    double *q = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    bool assembled = false;
+    for (int c = 0; c < model->closure_count; c++)
+        assembled =
+            assembled || !(kmp_closure_is_of_modes(&model->closures[c]) || kmp_closure_is_drive(&model->closures[c]));
+    if (model->outline_contact_count == 0 || assembled || r->wrong || !poses || !q)
+        return;
+    for (int k = 0; k < model->motion_count; k++)
+        q[k] = kmp_start_coordinate(model, k, r->parameter_values);
+    kmp_pose_all(model, q, poses);
+    for (int c = 0; c < model->outline_contact_count; c++) {
+        const kmp_outline_contact *contact = &model->outline_contacts[c];
+        for (int k = 0; k < contact->count && !r->wrong; k++) {
+            const kmp_force *force = &model->forces[contact->first + k * contact->step];
+            const kmp_outline *of =
+                force->touch.side[1].point == contact->point[1] ? contact->outline[1] : contact->outline[0];
+            if (force->kind == KMP_FORCE_TOUCH && of && of->closed && force->touch.side[1].piece)
+                check_start(r, force, of, poses, q);
+        }
+    }
+}

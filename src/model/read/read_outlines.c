@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outlines: their shapes become edges counter-clockwise about the solid, and these become pieces. */
+#include "model/read/read_outlines.h"
+#include "model/data/model.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
+#include <math.h>
+#include <string.h>
+
+#define TURN 6.28318530717958647692
+
+/* An arc through three places: the sine of their angle below which they are on a line. */
+#define STRAIGHT 1e-9
+
+static const kmp_key outline_keys[] = {
+#include "model/keys/outline_keys.def"
+    {0}};
+static const kmp_key arc_keys[] = {
+#include "model/keys/outline_arc_keys.def"
+    {0}};
+
+/* An outline that is being read. */
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_yaml *map, *node; /* node: the value of its shape */
+    const char *what;
+    kmp_outline *outline;
+    kmp_outline_edge *edges;
+    int edge_count;
+} reading;
+
+/* -- values -------------------------------------------------------------------------------------------- */
+
+static bool read_length(const reading *c, const kmp_yaml *node, const char *key, bool positive, double *value)
+{
+    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, key);
+    return kmp_read_fixed(c->r, node, of, KMP_DIM_LENGTH, value) &&
+           (!positive || kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, *value, ""));
+}
+
+static bool read_place(const reading *c, const kmp_yaml *node, const char *key, double place[2])
+{
+    return kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s: %s", c->what, key), 2) &&
+           read_length(c, node->items[0], key, false, &place[0]) &&
+           read_length(c, node->items[1], key, false, &place[1]);
+}
+
+/* The key `at`. */
+static bool read_at(const reading *c, double place[2])
+{
+    const kmp_yaml *node = kmp_yaml_get(c->map, "at");
+    place[0] = place[1] = 0;
+    return !node || read_place(c, node, "at", place);
+}
+
+/* -- edges --------------------------------------------------------------------------------------------- */
+
+static void add_line(reading *c, const double from[2], const double to[2])
+{
+    kmp_outline_edge *edge = &c->edges[c->edge_count++];
+    *edge = (kmp_outline_edge){.from = {from[0], from[1]}, .to = {to[0], to[1]}};
+}
+
+static void add_arc(reading *c, const double from[2], const double to[2], const double centre[2], double turn)
+{
+    kmp_outline_edge *edge = &c->edges[c->edge_count++];
+    *edge = (kmp_outline_edge){
+        .from = {from[0], from[1]}, .to = {to[0], to[1]}, .centre = {centre[0], centre[1]}, .turn = turn, .arc = true};
+}
+
+/* The circle through three places, and the angle from the first to the last one by the second. */
+static bool arc_through(const double a[2], const double b[2], const double c[2], double centre[2], double *turn)
+{
+    const double ux = b[0] - a[0], uy = b[1] - a[1], vx = c[0] - a[0], vy = c[1] - a[1];
+    const double cross = ux * vy - uy * vx, uu = ux * ux + uy * uy, vv = vx * vx + vy * vy;
+    if (!(fabs(cross) > STRAIGHT * sqrt(uu * vv)))
+        return false;
+    const double x = (uu * vy - vv * uy) / (2 * cross), y = (vv * ux - uu * vx) / (2 * cross);
+    centre[0] = a[0] + x;
+    centre[1] = a[1] + y;
+    const double first = atan2(-y, -x), last = atan2(c[1] - centre[1], c[0] - centre[0]);
+    *turn = fmod(last - first + 2 * TURN, TURN); /* to the left */
+    if (cross < 0)
+        *turn -= TURN;
+    return true;
+}
+
+/* -- shapes -------------------------------------------------------------------------------------------- */
+
+static bool read_corners(reading *c, int least)
+{
+    double first[2], before[2], place[2];
+    const char *key = kmp_outline_words[c->outline->shape];
+    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: %s", c->what, key), least == 2 ? 2 : -1))
+        return false;
+    if (c->node->count < least)
+        return kmp_reader_complain(c->r, c->node->place, "%s: a polygon has three corners or more", c->what);
+    for (int k = 0; k < c->node->count; k++) {
+        if (!read_place(c, c->node->items[k], key, place))
+            return false;
+        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
+            return kmp_reader_complain(c->r, c->node->items[k]->place, "%s: corner %d is at the place of corner %d",
+                                       c->what, k + 1, k);
+        if (k > 0)
+            add_line(c, before, place);
+        else
+            memcpy(first, place, sizeof first);
+        memcpy(before, place, sizeof before);
+    }
+    if (least > 2)
+        add_line(c, before, first);
+    return true;
+}
+
+static bool read_polygon(reading *c)
+{
+    double area = 0;
+    c->outline->closed = true;
+    if (!read_corners(c, 3))
+        return false;
+    for (int k = 0; k < c->edge_count; k++)
+        area += c->edges[k].from[0] * c->edges[k].to[1] - c->edges[k].from[1] * c->edges[k].to[0];
+    return area > 0 || kmp_reader_complain(c->r, c->node->place,
+                                           "%s: the corners go clockwise: write them counter-clockwise, and "
+                                           "'hollow: yes' for a hole",
+                                           c->what);
+}
+
+static bool read_segment(reading *c)
+{
+    return read_corners(c, 2);
+}
+
+static bool read_rectangle(reading *c)
+{
+    double size[2], at[2], corner[4][2];
+    c->outline->closed = true;
+    if (!read_place(c, c->node, "rectangle", size) || !read_at(c, at))
+        return false;
+    if (!(size[0] > 0 && size[1] > 0))
+        return kmp_reader_complain(c->r, c->node->place, "%s: the sides %.6g m and %.6g m must be positive", c->what,
+                                   size[0], size[1]);
+    for (int k = 0; k < 4; k++) {
+        corner[k][0] = at[0] + (k == 1 || k == 2 ? 0.5 : -0.5) * size[0];
+        corner[k][1] = at[1] + (k >= 2 ? 0.5 : -0.5) * size[1];
+    }
+    for (int k = 0; k < 4; k++)
+        add_line(c, corner[k], corner[(k + 1) % 4]);
+    return true;
+}
+
+static bool read_circle(reading *c)
+{
+    double radius, at[2];
+    c->outline->closed = true;
+    if (!read_length(c, c->node, "circle", true, &radius) || !read_at(c, at))
+        return false;
+    const double start[2] = {at[0] + radius, at[1]};
+    add_arc(c, start, start, at, TURN);
+    return true;
+}
+
+/* Free inside, so clockwise. */
+static bool read_slot(reading *c)
+{
+    const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "width");
+    double length, width, at[2];
+    c->outline->closed = true;
+    if (!node || !read_length(c, c->node, "slot", true, &length) || !read_length(c, node, "width", true, &width) ||
+        !read_at(c, at))
+        return false;
+    const double r = width / 2, x = at[0] + length, far[2] = {x, at[1]};
+    const double low[2][2] = {{at[0], at[1] - r}, {x, at[1] - r}}, high[2][2] = {{at[0], at[1] + r}, {x, at[1] + r}};
+    add_line(c, high[0], high[1]);
+    add_arc(c, high[1], low[1], far, -TURN / 2);
+    add_line(c, low[1], low[0]);
+    add_arc(c, low[0], high[0], at, -TURN / 2);
+    return true;
+}
+
+static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2], double to[2])
+{
+    double through[2], centre[2], turn;
+    if (!kmp_read_map(c->r, map, kmp_reader_say(c->r, "%s: an arc", c->what), arc_keys))
+        return false;
+    const kmp_yaml *end = kmp_read_required(c->r, map, c->what, "arc");
+    const kmp_yaml *middle = kmp_read_required(c->r, map, c->what, "through");
+    if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
+        return false;
+    if (!arc_through(from, through, to, centre, &turn))
+        return kmp_reader_complain(c->r, map->place, "%s: the places of this arc are on a straight line", c->what);
+    add_arc(c, from, to, centre, turn);
+    return true;
+}
+
+/* The key `closed`: a line to the beginning, or to the beginning of the next copy. */
+static bool close_path(reading *c, const double first[2], const double last[2])
+{
+    static const char *const words[] = {"yes", "no"};
+    const kmp_yaml *node = kmp_yaml_get(c->map, "closed");
+    const double angle = TURN / c->outline->copies, cosine = cos(angle), sine = sin(angle);
+    const double next[2] = {cosine * first[0] - sine * first[1], sine * first[0] + cosine * first[1]};
+    const double *to = c->outline->copies > 1 ? next : first;
+    const int word = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "closed is", " or ") : 1;
+    c->outline->closed = word == 0;
+    if (c->outline->closed && hypot(to[0] - last[0], to[1] - last[1]) > 1e-9 * hypot(last[0], last[1]))
+        add_line(c, last, to);
+    return word >= 0;
+}
+
+static bool read_path(reading *c)
+{
+    double first[2] = {0}, before[2] = {0}, place[2];
+    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: path", c->what), -1))
+        return false;
+    if (c->node->count < 2 || c->node->items[0]->kind == KMP_YAML_MAP)
+        return kmp_reader_complain(c->r, c->node->place, "%s: a path has two corners or more, and begins with a corner",
+                                   c->what);
+    for (int k = 0; k < c->node->count; k++) {
+        const kmp_yaml *node = c->node->items[k];
+        if (node->kind == KMP_YAML_MAP ? !read_path_arc(c, node, before, place) : !read_place(c, node, "path", place))
+            return false;
+        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
+            return kmp_reader_complain(c->r, node->place, "%s: corner %d is at the place of corner %d", c->what, k + 1,
+                                       k);
+        if (k == 0)
+            memcpy(first, place, sizeof first);
+        else if (node->kind != KMP_YAML_MAP)
+            add_line(c, before, place);
+        memcpy(before, place, sizeof before);
+    }
+    return close_path(c, first, before);
+}
+
+/* -- an outline ---------------------------------------------------------------------------------------- */
+
+static bool has_word(const char *words, const char *word)
+{
+    const size_t length = strlen(word);
+    for (const char *at = strstr(words, word); at; at = strstr(at + 1, word))
+        if ((at == words || at[-1] == ' ') && (at[length] == 0 || at[length] == ' '))
+            return true;
+    return false;
+}
+
+/* Keys that another shape has. */
+static bool check_keys(const reading *c)
+{
+    static const char *const keys[] = {"width", "at", "closed", "round", "hollow", "copies"};
+    const int shape = (int)c->outline->shape;
+    for (int k = 0; k < 6; k++)
+        if (kmp_yaml_get(c->map, keys[k]) && !has_word(kmp_outline_more[shape], keys[k]))
+            return kmp_reader_complain(c->r, kmp_yaml_get(c->map, keys[k])->place,
+                                       "%s: the key '%s' does not belong to a '%s'", c->what, keys[k],
+                                       kmp_outline_words[shape]);
+    return true;
+}
+
+static bool read_common(const reading *c)
+{
+    static const char *const words[] = {"yes"};
+    const kmp_yaml *copies = kmp_yaml_get(c->map, "copies"), *round = kmp_yaml_get(c->map, "round");
+    const kmp_yaml *hollow = kmp_yaml_get(c->map, "hollow");
+    const char *of = kmp_reader_say(c->r, "%s: copies", c->what);
+    double count = 1;
+    if (copies && !kmp_read_fixed(c->r, copies, of, KMP_DIM_NUMBER, &count))
+        return false;
+    if (copies && !(count >= 1 && count <= 1000 && count == floor(count)))
+        return kmp_reader_complain(c->r, copies->place, "%s is %.6g: a whole number from 1 to 1000 is expected", of,
+                                   count);
+    c->outline->copies = (int)count;
+    of = kmp_reader_say(c->r, "%s: round", c->what);
+    if (round && (!kmp_read_fixed(c->r, round, of, KMP_DIM_LENGTH, &c->outline->round) ||
+                  !kmp_check_rule(c->r, round, of, KMP_FIELD_NOT_NEGATIVE, c->outline->round, "")))
+        return false;
+    if (hollow && kmp_read_choice(c->r, hollow, c->what, KMP_NAMES_OF(words), "hollow is", "") < 0)
+        return false;
+    c->outline->hollow = hollow != NULL;
+    return true;
+}
+
+/* The same edges the other way. */
+static void reverse(reading *c)
+{
+    for (int k = 0; k < c->edge_count; k++) {
+        kmp_outline_edge *edge = &c->edges[k], was = *edge;
+        memcpy(edge->from, was.to, sizeof was.to);
+        memcpy(edge->to, was.from, sizeof was.from);
+        edge->turn = -was.turn;
+    }
+    for (int k = 0; k < c->edge_count / 2; k++) {
+        const kmp_outline_edge was = c->edges[k];
+        c->edges[k] = c->edges[c->edge_count - 1 - k];
+        c->edges[c->edge_count - 1 - k] = was;
+    }
+}
+
+static bool (*const shape_readers[KMP_OUTLINE_SHAPES])(reading *) = {
+#define KMP_OUTLINE(kind, word, keys) [KMP_OUTLINE_##kind] = read_##word,
+#include "model/data/outline_shapes.def"
+#undef KMP_OUTLINE
+};
+
+static void read_outline(reading *c, int shape)
+{
+    int wrong = -1;
+    c->outline->shape = (kmp_outline_shape)shape;
+    c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
+    c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
+    if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c))
+        return;
+    if (c->outline->hollow)
+        reverse(c);
+    if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong) && wrong >= 0)
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
+                            "%.6g m",
+                            c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
+                            c->edges[wrong].to[1], c->outline->round);
+}
+
+void kmp_read_outlines(kmp_reader *r)
+{
+    kmp_section s = kmp_read_section(r, "outlines", "outline");
+    if (s.count == 0)
+        return;
+    r->model->outlines = KMP_ARENA_NEW(&r->model->arena, kmp_outline, s.count);
+    while (r->model->outlines && kmp_section_next(&s)) {
+        kmp_outline *outline = &r->model->outlines[r->model->outline_count++];
+        *outline = (kmp_outline){.name = s.name, .place = s.node->place, .copies = 1};
+        reading c = {.r = r, .map = s.node, .what = s.what, .outline = outline};
+        if (!kmp_read_map(r, s.node, s.what, outline_keys))
+            continue;
+        const int shape = kmp_read_one_key(r, s.node, s.what, KMP_NAMES_OF(kmp_outline_words));
+        if (shape >= 0)
+            read_outline(&c, shape);
+    }
+}
+
+const kmp_outline *kmp_read_outline_name(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const int found = kmp_read_reference(r, node, what, "outline", KMP_NAMED(r->model, outline));
+    return found < 0 ? NULL : &r->model->outlines[found];
+}

@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outlines of contacts: slots, polygons, teeth and Geneva drives by closed forms. */
+#include "model/data/model.h"
+#include "model/data/outline.h"
+#include "ways.h"
+#include <kempe/table.h>
+#include <math.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* A body in the plane, with gravity along -y. */
+#define PLANE "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+#define FREE(body, mass, inertia)                                                                                      \
+    "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"                                                 \
+    "  lift: {joint: {name: y, prismatic: y, at: slide}}\n  " body                                                     \
+    ": {joint: {name: r, revolute: z, at: lift}, mass: " mass ", inertia: {xx: 1, yy: 1, zz: " inertia                 \
+    "}, points: {C: [0, 0, 0]}}\n"
+
+/* The value of an output at the last row. */
+static double at_end(const kempe_trajectory *run, const char *output)
+{
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, output, &table) == KEMPE_OK);
+    const double x = table ? kempe_table_number(table, kempe_table_row_count(table) - 1, 1) : NAN;
+    kempe_table_free(table);
+    return x;
+}
+
+/* -- Geneva drives ------------------------------------------------------------------------------------- */
+
+/* A wheel with four slots, 0.1 m from its crank, which turns with 10 rad/s: one flank of each slot is 5 mm from its
+ * middle, the other one 6 mm, so that a pin of radius 5 mm on the first one has the ideal motion. */
+static loaded geneva(bool far, const char *crank, const char *start)
+{
+    char model[2048];
+    (void)snprintf(
+        model, sizeof model,
+        "kempe: 1\nground: {points: {O: [0, 0, 0], C: [0.1, 0, 0]}}\n"
+        "parameters: {R: \"0.1 m*cos(45 deg)\", k: \"sin(45 deg)\", low: %s mm, high: %s mm}\n"
+        "outlines:\n  star: {closed: yes, copies: 4, path: [[\"(R + low)*k\", \"(R - low)*k\"], "
+        "[\"(10 mm + low)*k\", \"(10 mm - low)*k\"], [\"(10 mm - high)*k\", \"(10 mm + high)*k\"], "
+        "[\"(R - high)*k\", \"(R + high)*k\"]]}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: a, revolute: z, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {P: [R, "
+        "0, 0]}}\n"
+        "  wheel: {joint: {name: w, revolute: z, at: ground.C}, mass: 1, inertia: {xx: 2e-4, yy: 2e-4, zz: 2e-4}, "
+        "points: {C: [0, 0, 0]}}\n"
+        "drives: {turn: {joint: a, angle: \"%s + 10*t/(1 s)\"}}\n"
+        "contacts: {pin: {cylinder: crank.P, radius: 5 mm, on: {outline: star, at: wheel.C}, restitution: 0}}\n"
+        "start: {%s}\n",
+        far ? "6" : "5", far ? "5" : "6", crank, start);
+    return load_text(model);
+}
+
+/* The pin enters without an impact, and the wheel follows phi = atan2(l sin a, 1 - l cos a), l = sin 45 deg. */
+static void a_geneva_wheel_starts_without_impact(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = geneva(false, "-50 deg", "q: {w: 0}");
+        kempe_trajectory *run = simulate(&l, &ways[k], (50 * pi / 180 - 0.5) / 10);
+        const double loose = 1e3 * ways[k].tolerance;
+        CHECK_NEAR(last_q(run)[1], 0.729156084278831 - pi / 4, loose);
+        CHECK_NEAR(last_qd(run)[1], -10 * 0.465583368732984, 10 * loose);
+        CHECK_NEAR(at_end(run, "force(pin)"), 0.993872301754023, 100 * loose);
+        CHECK_NEAR(at_end(run, "lambda(turn)"), 0.0235452421703199, 100 * loose);
+        for (int n = 0; entry(run, "impact", n); n++)
+            CHECK(fabs(entry(run, "impact", n)->after - entry(run, "impact", n)->before) < 1e-10);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Behind the middle the other flank slows the wheel down. */
+static void a_geneva_wheel_slows_down(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = geneva(true, "0", "q: {w: 45 deg}, qd: {w: -24.142135623731}");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.03);
+        const double loose = 1e3 * ways[k].tolerance;
+        CHECK_NEAR(last_q(run)[1], pi / 4 - 0.57215091711003, loose);
+        CHECK_NEAR(last_qd(run)[1], -11.7841354234647, 10 * loose);
+        CHECK_NEAR(at_end(run, "force(pin)"), 2.44044823277051, 100 * loose);
+        CHECK_NEAR(at_end(run, "lambda(turn)"), -0.110991019701431, 100 * loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* -- pawls --------------------------------------------------------------------------------------------- */
+
+/* A rod falls on the corner of a tooth at -10 deg with the restitution 0.2. */
+static void a_pawl_falls_on_a_tooth(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(
+            PLANE
+            "outlines:\n  tip: {segment: [[0, 0], [0.1, 0]]}\n"
+            "  tooth: {polygon: [[0.07, -0.1], [0.09, -0.1], [\"0.08*1 m*cos(10 deg)\", \"-0.08*1 m*sin(10 "
+            "deg)\"]]}\n"
+            "bodies:\n  pawl: {joint: {name: a, revolute: z, at: ground}, mass: 0.05, com: [0.05, 0, 0], inertia: "
+            "{yy: \"0.05*0.01/12\", zz: \"0.05*0.01/12\"}, points: {O: [0, 0, 0]}}\n"
+            "contacts: {pawl: {outline: tip, at: pawl.O, on: {outline: tooth, at: ground.O}, restitution: 0.2}}\n"
+            "start: {q: {a: 30 deg}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.11);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        CHECK(impact != NULL);
+        if (impact) {
+            CHECK_NEAR(impact->t, 0.102203000296705, 10 * ways[k].tolerance);
+            CHECK_NEAR(impact->before - impact->after, 0.01586037269499, 10 * ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A wheel with 24 teeth is driven back half a pitch until a tooth meets the pawl, and locks. */
+static void a_ratchet_locks(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(
+            "kempe: 1\nground: {points: {P: [0.105, 0, 0]}}\n"
+            "outlines:\n  teeth: {closed: yes, copies: 24, path: [[0.12, 0], [0.1, 0], [\"0.1 m*cos(10 deg)\", \"0.1 "
+            "m*sin(10 deg)\"]]}\n"
+            "bodies:\n  wheel: {joint: {name: w, revolute: z, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 0.01}, "
+            "points: {C: [0, 0, 0]}}\n"
+            "forces: {back: {joint: w, torque: 2}}\n"
+            "contacts: {pawl: {point: ground.P, on: {outline: teeth, at: wheel.C}, restitution: 0}}\n"
+            "start: {q: {w: 37.5 deg}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        CHECK(impact != NULL);
+        if (impact) {
+            CHECK_NEAR(impact->t, 0.0361800627279134, 10 * ways[k].tolerance);
+            CHECK_NEAR(impact->before - impact->after, 0.261799387799149, 10 * ways[k].tolerance);
+        }
+        CHECK_NEAR(at_end(run, "force(pawl)"), 2 / 0.105, 1e3 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* -- corners ------------------------------------------------------------------------------------------- */
+
+/* A block rocks from one corner to the other, each impact without restitution (Housner). */
+static void a_block_rocks(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(PLANE "parameters: {tilt: 0.08}\noutlines: {box: {rectangle: [0.2, 1]}}\n" FREE(
+            "block", "10", "\"10*1.04/12\"") "contacts: {feet: {outline: box, at: block.C, on: {plane: ground.O, "
+                                             "normal: y}, restitution: 0, "
+                                             "friction: 5}}\n"
+                                             "start: {q: {r: tilt, x: \"-0.5 m*sin(tilt)+ 0.1 m*cos(tilt)\", y: \"0.1 "
+                                             "m*sin(tilt) + 0.5 "
+                                             "m*cos(tilt)\"}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.3);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        CHECK(impact != NULL);
+        if (impact) {
+            CHECK_NEAR(impact->t, 0.292540372468249, 10 * ways[k].tolerance);
+            CHECK_NEAR(impact->after / impact->before, 0.942307692307692 * 0.942307692307692, 100 * ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A rod slides over the corner of a table, and leaves it. */
+static void a_rod_slides_over_a_corner(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(
+            PLANE
+            "outlines:\n  table: {polygon: [[-2, -1], [0, -1], [0, 0], [-2, 0]]}\n"
+            "  bar: {polygon: [[-0.5, 0], [0.5, 0], [0.5, 0.1], [-0.5, 0.1]]}\n" FREE(
+                "rod", "1", "\"1/12\"") "contacts: {lie: {outline: bar, at: rod.C, on: {outline: table, at: ground.O}, "
+                                        "restitution: 0}}\nstart: {q: {x: 0.1}}\n");
+        const double loose = 10 * ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.3);
+        CHECK_NEAR(hypot(last_q(run)[0], last_q(run)[1]), 0.142437778141984, loose);
+        CHECK_NEAR(last_q(run)[2], -0.466644561746408, loose);
+        CHECK_NEAR(last_qd(run)[2], -3.00422575083031, 10 * loose);
+        CHECK_NEAR(at_end(run, "force(lie)"), 4.30358773901808, 100 * loose);
+        kempe_trajectory_free(run);
+        run = simulate(&l, &ways[k], 0.38);
+        const kmp_log_entry *leaves = NULL;
+        for (int n = 0; entry(run, "contact", n); n++)
+            leaves = entry(run, "contact", n);
+        CHECK(leaves != NULL);
+        if (leaves)
+            CHECK_NEAR(leaves->t, 0.376515851397015, 100 * loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A grain slides down a wedge onto a floor: a plastic impact in the corner. */
+static void a_grain_slides_to_the_floor(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l =
+            load_text(PLANE "outlines: {slope: {path: [[5, 0], [0, 0], [\"-0.5 m*cos(30 deg)\", 0.25]]}}\n"
+                            "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                            "  grain: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                            "contacts: {foot: {point: grain.C, on: {outline: slope, at: ground.O}, restitution: 0}}\n"
+                            "start: {q: {x: \"-0.499999999999 m*cos(30 deg)\", y: 0.2499999999995}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.6);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        CHECK(impact != NULL);
+        if (impact)
+            CHECK_NEAR(impact->t, 0.451523640985731, 100 * ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[0], 1.91800677788166, 100 * ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[1], 0, 100 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* -- pieces -------------------------------------------------------------------------------------------- */
+
+/* A frictionless disc that slides along a flank into the round end of a slot has no jump of rates there: with the
+ * potential of its height it swings as a pendulum in the end, and energy stays. */
+static void pieces_join_without_a_jump(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l =
+            load_text(PLANE "outlines: {groove: {slot: 60 mm, width: 30 mm}}\n"
+                            "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                            "  pin: {joint: {name: y, prismatic: y, at: slide}, mass: 2, points: {C: [0, 0, 0]}}\n"
+                            "contacts: {pin: {point: pin.C, on: {outline: groove, at: ground.O}, restitution: 0}}\n"
+                            "start: {q: {x: 30 mm, y: -15 mm}, qd: {x: 0.5}}\n");
+        /* it rises in the end to the height v^2/(2 g) = 12.7 mm, and returns */
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.06);
+        CHECK(entry(run, "impact", 0) == NULL);
+        CHECK_NEAR(last_q(run)[1], -0.015, ways[k].tolerance);
+        CHECK_NEAR(at_end(run, "force(pin.3)"), 2 * 9.81, 1e3 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        run = simulate(&l, &ways[k], 0.08);
+        const double x = last_q(run)[0] - 0.06, y = last_q(run)[1], vx = last_qd(run)[0], vy = last_qd(run)[1];
+        CHECK(entry(run, "impact", 0) == NULL);
+        CHECK_NEAR(hypot(x, y), 0.015, ways[k].tolerance);
+        CHECK_NEAR((vx * vx + vy * vy) / 2 + 9.81 * (y + 0.015), 0.125, 10 * ways[k].tolerance);
+        CHECK_NEAR(at_end(run, "force(pin)"), 2 * ((vx * vx + vy * vy) / 0.015 - 9.81 * y / 0.015),
+                   1e4 * ways[k].tolerance);
+        CHECK_NEAR(at_end(run, "gap(pin)"), 0, ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A disc of radius r on a rounded corner of radius R falls from it like a grain from a sphere of radius R + r: it
+ * leaves where cos(a) = 2/3. */
+static void a_disc_leaves_a_round_corner(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text(
+            PLANE "outlines: {block: {rectangle: [1, 1], at: [-0.5, -0.5], round: 100 mm}}\n"
+                  "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                  "  disc: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                  "contacts: {c: {sphere: disc.C, radius: 50 mm, on: {outline: block, at: ground.O}, restitution: 0}}\n"
+                  "start: {q: {x: -0.2, y: 50 mm}, qd: {x: 0.1}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 2);
+        /* it leaves where v^2 = v0^2 + 2 g (R + r) (1 - cos a) = g (R + r) cos a, and keeps v cos a */
+        const double reach = 0.15, c = (2 + 0.01 / (9.81 * reach)) / 3;
+        CHECK(entry(run, "impact", 0) == NULL);
+        CHECK_NEAR(last_qd(run)[0], sqrt(9.81 * reach * c) * c, 1e3 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A disc rests in a hollow corner of 90 degrees on two compliant pieces: each carries m g/sqrt(2). */
+static void a_law_acts_on_pieces(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text(
+            PLANE "outlines: {valley: {path: [[1, 1], [0, 0], [-1, 1]]}}\n"
+                  "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                  "  disc: {joint: {name: y, prismatic: y, at: slide}, mass: 2, points: {C: [0, 0, 0]}}\n"
+                  "contacts: {c: {sphere: disc.C, radius: 0.1, on: {outline: valley, at: ground.O}, law: kelvin_voigt, "
+                  "stiffness: 1e5, damping: 500}}\n"
+                  "start: {q: {x: 0, y: 0.1415}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        CHECK_NEAR(at_end(run, "force(c)"), 2 * 9.81 * sqrt(2), 1e5 * ways[k].tolerance);
+        CHECK_NEAR(last_q(run)[1], sqrt(2) * (0.1 - 2 * 9.81 / sqrt(2) / 1e5), 1e2 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Outlines of an included file have its prefix, in contacts and outputs. */
+static void an_included_outline_has_its_prefix(void)
+{
+    loaded l = load("tests/models/outlined.yaml");
+    CHECK(l.model && l.model->outline_count == 1 && strcmp(l.model->outlines[0].name, "a_groove") == 0);
+    CHECK(l.model && l.model->outline_contact_count == 1 && l.model->outline_contacts[0].count == 4);
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.5);
+    CHECK_NEAR(at_end(run, "gap(a_pin)"), 0, 1e-9);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- refused ------------------------------------------------------------------------------------------- */
+
+static void refused(void)
+{
+    static const struct {
+        const char *outline, *contact, *words;
+    } cases[] = {
+        {"slot: 60 mm, width: 10 mm", "cylinder: b.P, radius: 5 mm, on: {outline: o, at: ground.O}, restitution: 0",
+         "7:15: contact 'c': the slot 'o' is just as wide as the circle, 0.01 m"},
+        {"slot: 60 mm, width: 8 mm", "cylinder: b.P, radius: 5 mm, on: {outline: o, at: ground.O}, restitution: 0",
+         "7:15: contact 'c': a circle of radius 0.005 m does not fit into the arc of radius 0.004 m of outline 'o'"},
+        {"polygon: [[0, 0], [0, 1], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "6:25: outline 'o': the corners go clockwise"},
+        {"polygon: [[0, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "a polygon has three corners or more"},
+        {"polygon: [[0, 0], [1, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "6:42: outline 'o': corner 3 is at the place of corner 2"},
+        {"rectangle: [1, 0.1], round: 60 mm", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "is too short for corners of radius 0.06 m"},
+        {"rectangle: [1, -1]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0", "must be positive"},
+        {"rectangle: [1, 1], width: 1", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "the key 'width' does not belong to a 'rectangle'"},
+        {"circle: 0.1, rectangle: [1, 1]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "exactly one of the keys polygon, rectangle, circle, segment, slot, path is expected, not 2"},
+        {"circle: 0.1, copies: 2.5", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "copies is 2.5: a whole number from 1 to 1000"},
+        {"path: [[0, 0], {arc: [2, 0], through: [1, 0]}]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "the places of this arc are on a straight line"},
+        {"path: [[0, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0", "begins with a corner"},
+        {"circle: 0.1", "point: b.P, on: {outline: p, at: ground.O}, restitution: 0", "unknown outline 'p'"},
+        {"circle: 0.1", "point: s.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "an outline lies in the x-y plane of 'ground.O', and joint 'e' moves one side out of it"},
+        {"circle: 0.1", "point: b.P, on: {outline: o, at: ground.X}, restitution: 0",
+         "an outline lies in the x-y plane of 'ground.X', and joint"},
+        {"circle: 0.1", "outline: o, at: b.P, on: {plane: ground.O, normal: z}, restitution: 0",
+         "the normal of the plane is not in the x-y plane of the outline"},
+        {"circle: 0.1", "outline: o, at: b.P, on: {sphere: ground.O, radius: 1}, restitution: 0",
+         "an outline touches a plane or another outline"},
+        {"path: [[0, 0], [1, 0], {arc: [0, 1], through: [0.9, 0.9]}], closed: yes",
+         "outline: o, at: b.P, on: {plane: ground.O, normal: y}, restitution: 0", "has an arc that is not a corner"},
+        {"circle: 6", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "7:12: contact 'c.1' overlaps by 1 m at the start, with its circle at (5, 0) m of outline 'o'"},
+        {"circle: 0.1",
+         "point: b.P, on: {outline: o, at: ground.O}, law: hunt_crossley, stiffness: 1e6, restitution: 0.5",
+         "laws with 'impact' keep one rate"},
+        {"path: [[1, 0], [0.5, 0.1]], closed: yes, copies: 100",
+         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and pieces"},
+        {"circle: 0.1", "point: b.P, at: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "the key 'at' does not belong to a 'point'"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[2048];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nground: {points: {O: [0, 0, 0], X: {at: [1, 0, 0], axes: {z: x}}}}\nbodies:\n"
+                       "  b: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [5, 0, "
+                       "0]}}\n"
+                       "  s: {joint: {name: e, revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [5, 0, "
+                       "0]}}\n"
+                       "outlines: {o: {%s}}\ncontacts: {c: {%s}}\n",
+                       cases[k].outline, cases[k].contact);
+        load_rejected(text, cases[k].words);
+    }
+}
+
+int main(void)
+{
+    TEST(a_geneva_wheel_starts_without_impact);
+    TEST(a_geneva_wheel_slows_down);
+    TEST(a_pawl_falls_on_a_tooth);
+    TEST(a_ratchet_locks);
+    TEST(a_block_rocks);
+    TEST(a_rod_slides_over_a_corner);
+    TEST(a_grain_slides_to_the_floor);
+    TEST(pieces_join_without_a_jump);
+    TEST(a_disc_leaves_a_round_corner);
+    TEST(a_law_acts_on_pieces);
+    TEST(an_included_outline_has_its_prefix);
+    TEST(refused);
+    return check_report();
+}
