@@ -3,7 +3,6 @@
  * parts there are, and no study may vary their parameters. */
 #include "model/data/model.h"
 #include "ways.h"
-#include <kempe/ensemble.h>
 #include <kempe/sensitivity.h>
 #include <math.h>
 
