@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The library of machine elements: each in a small machine, by closed forms and by digits of references. */
 #include "ways.h"
-#include <kempe/gradient.h>
 #include <kempe/table.h>
 #include <math.h>
 

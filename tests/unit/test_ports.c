@@ -3,7 +3,6 @@
  * parts there are, and no study may vary their parameters. */
 #include "model/data/model.h"
 #include "ways.h"
-#include <kempe/ensemble.h>
 #include <kempe/sensitivity.h>
 #include <math.h>
 
@@ -20,7 +19,7 @@ static const char bodies[] =
     "0]}}\n";
 
 static const char included[] =
-    "include: [{file: strut.yaml, prefix: s_, ports: {P: ground.O, Q: arm.Q, J: arm, B: arm, "
+    "include: [{file: parts/strut.yaml, prefix: s_, ports: {P: ground.O, Q: arm.Q, J: arm, B: arm, "
     "f: f, u: double, L: D}, set: {extra: more, gas_F1: 100 N}}]\n";
 
 static const char written[] =
