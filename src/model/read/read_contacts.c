@@ -335,6 +335,8 @@ static bool is_of_joint(const kmp_yaml *map)
 static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_number mu, const kmp_force *contact,
                          int across)
 {
+    if (!name) /* no memory */
+        return;
     check_name(r, place, name, false);
     kmp_force *friction = add_force(r, name, place, KMP_FORCE_FRICTION);
     friction->level = mu;
@@ -438,15 +440,17 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
     }
     const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);
     const int first = r->model->force_count;
-    for (int k = 0; k < count && !r->wrong; k++) {
+    for (int k = 0; k < count && !r->wrong && !r->model->arena.failed; k++) {
         const char *name = kmp_arena_printf(&r->model->arena, "%s.%d", s->name, k + 1);
+        if (!name)
+            break;
         if (pairs[k].part)
             pairs[k].part->name = name;
         r->pair = &pairs[k];
         read_contact(r, s->node, s->what, add_force(r, name, s->key->place, KMP_FORCE_TOUCH));
     }
     r->pair = NULL;
-    if (count <= 0 || r->wrong)
+    if (count <= 0 || r->wrong || r->model->arena.failed)
         return;
     const int step = (r->model->force_count - first) / count;
     const kmp_touch_side *side = r->model->forces[first].touch.side;
