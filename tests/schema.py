@@ -65,7 +65,7 @@ class Schema(unittest.TestCase):
     def test_the_reader_includes_every_table(self):
         """The tables of keys, from which the schema is made, are the arrays of the reader."""
         sources = "".join(path.read_text() for path in (ROOT / "src").rglob("*.c"))
-        included = re.findall(r'#include "(?:model|rail)/keys/(\w+)\.def"\n +\{0\}\};', sources)
+        included = re.findall(r'#include "(?:model|rail|road)/keys/(\w+)\.def"\n +\{0\}\};', sources)
         self.assertEqual(sorted(included), sorted(path.stem for path in generate_schema.key_tables()))
 
     def test_mistakes_are_found(self):

@@ -330,12 +330,13 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
  * the first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that
  * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after if a number is measured.
  * "contacts": each contact of a compliant contact, its name, its beginning (NaN: before the run), its end (NaN: it has
- * not ended) and its largest depth in m or rad. "reactions": a row for each joint of the tree, each closure and each
- * drive: joint, kind ("joint": of the tree; otherwise the kind of the closure), force, the largest size over the rows
- * (N), force.t, when it is reached first, force.x .. force.z, the vector then, on the second body of the joint in
- * ground axes; moment .. moment.z likewise, about the joint's point of that body (N m); unique, 0: redundant
- * constraints share it; note, why it is not known. NaN: the joint has none. Drives and other rows between coordinates
- * have one number, as force.x or moment.x. It is computed at each call. KEMPE_E_ARGUMENT: another name. */
+ * not ended) and its largest depth in m or rad. "reactions": a row for each joint of the tree, each closure, each
+ * drive and each tyre: joint, kind ("joint": of the tree; "tyre"; otherwise the kind of the closure), force, the
+ * largest size over the rows (N), force.t, when it is reached first, force.x .. force.z, the vector then, on the second
+ * body of the joint in ground axes; moment .. moment.z likewise, about the joint's point of that body (N m); unique, 0:
+ * redundant constraints share it; note, why it is not known. NaN: the joint has none. Drives and other rows between
+ * coordinates have one number, as force.x or moment.x. Vectors of a tyre are along the axes of its contact. It is
+ * computed at each call. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 

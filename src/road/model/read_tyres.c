@@ -65,7 +65,9 @@ static void read_road(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     if (along && road->along == road->normal)
         good = kmp_reader_complain(r, map->place, "%s: its height cannot change along %s, its normal", what,
                                    axis_words[road->normal]);
-    road->friction.value = 1;
+    road->friction = (kmp_number){.value = 1};
+    if (!friction)
+        road->friction.symbol = ++r->model->symbol_count;
     const char *of = kmp_reader_say(r, "friction of %s", what);
     if (friction)
         good = kmp_read_number(r, friction, of, KMP_DIM_NUMBER, &road->friction) &&
@@ -166,6 +168,8 @@ static bool read_numbers(const reading *t)
         const kmp_wheel_field *field = &kmp_tyre_fields[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, field->key);
         const char *name = kmp_reader_say(t->r, "the %s of %s", field->key, t->what);
+        if (!node && kmp_tyre_get(tyre, k)->value != 0) /* of the file, or as it is without the key */
+            ((kmp_number *)(void *)((char *)tyre + field->offset))->symbol = ++t->r->model->symbol_count;
         if (node)
             good = kmp_read_number(t->r, node, name, kmp_key_dimension(tyre_keys, field->key),
                                    (kmp_number *)(void *)((char *)tyre + field->offset)) &&
