@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outlines that are cams, and ideal followers on them. */
 #include "model/read/read_cams.h"
+#include "model/data/angle_sum.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
@@ -261,10 +262,14 @@ void kmp_read_follower(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         closure->point[1] < 0 || r->wrong)
         return;
     closure->cam = follower;
-    closure->axis[0][2] = 1;
     if (follower->form == KMP_FOLLOWER_FLAT && !kmp_read_axis(r, kmp_yaml_get(map, "flat"), what, closure->axis[1]))
         return;
     if (r->model->points[closure->point[0]].body == r->model->points[closure->point[1]].body)
         kmp_reader_complain(r, map->place, "%s: follower and cam are on the same body", what);
+    const kmp_measure_argument z = {.point = closure->point[0], .axis = 2};
+    const kmp_measure_argument face = {.point = closure->point[1], .along = closure->axis[1]};
+    if (follower->form == KMP_FOLLOWER_FLAT && !kmp_stays_across(r->model, &face, &z))
+        kmp_reader_complain(
+            r, map->place, "%s: the normal of the face does not stay in the plane of the cam, across its axis z", what);
     (void)kmp_check_follower(r, map->place, what, follower);
 }

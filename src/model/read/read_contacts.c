@@ -3,13 +3,16 @@
  * with a separate row. */
 #include "model/read/read_contacts.h"
 #include "model/data/angle_sum.h"
+#include "model/data/cam.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/parallel_curve.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_cams.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
+#include "model/read/read_outlines.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -25,8 +28,8 @@ static const kmp_key surface_keys[] = {
 #include "model/read/surface_keys.def"
     {0}};
 
-static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder"};
-static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile"};
+static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder", "flat"};
+static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile", "outline"};
 
 /* A contact being read. */
 typedef struct reading {
@@ -128,6 +131,24 @@ static void refuse_key(const reading *c, const kmp_yaml *map, const char *other,
         kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
 }
 
+/* The first side as a follower on a cam. */
+static bool read_cam(const reading *c, const kmp_yaml *node)
+{
+    const kmp_touch_side *first = &c->touch->side[0];
+    const kmp_outline *outline = kmp_read_outline_name(c->r, node, c->what);
+    kmp_cam_follower *follower = KMP_ARENA_NEW(&c->r->model->arena, kmp_cam_follower, 1);
+    if (!outline || !follower)
+        return false;
+    kmp_reader_fix(c->r, &c->touch->radius[0]);
+    *follower = (kmp_cam_follower){.outline = outline,
+                                   .form = first->shape == KMP_TOUCH_FACE  ? KMP_FOLLOWER_FLAT
+                                           : c->touch->radius[0].value > 0 ? KMP_FOLLOWER_ROLLER
+                                                                           : KMP_FOLLOWER_KNIFE,
+                                   .radius = c->touch->radius[0].value};
+    c->touch->side[1].cam = follower;
+    return !c->r->wrong && kmp_check_follower(c->r, c->map->place, c->what, follower);
+}
+
 static bool read_second(const reading *c, const kmp_yaml *map)
 {
     kmp_touch_side *side = &c->touch->side[1];
@@ -142,12 +163,19 @@ static bool read_second(const reading *c, const kmp_yaml *map)
     side->shape = kind == 0   ? KMP_TOUCH_PLANE
                   : kind == 1 ? KMP_TOUCH_SPHERE
                   : kind == 2 ? KMP_TOUCH_CYLINDER
-                              : KMP_TOUCH_PROFILE;
+                  : kind == 3 ? KMP_TOUCH_PROFILE
+                              : KMP_TOUCH_CAM;
     side->hollow = inside != NULL;
     const int letter = read_letter(c, map, kind == 0);
     side->axis = letter % 3;
     side->against = letter >= 3;
-    if (kind == 3) {
+    if (kind == 4) {
+        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at");
+        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
+        side->axis = 2;
+        if (!read_cam(c, kmp_yaml_get(map, "outline")))
+            return false;
+    } else if (kind == 3) {
         const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
         side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
@@ -163,7 +191,8 @@ static bool read_second(const reading *c, const kmp_yaml *map)
         read_radius(c, map, 1);
     for (int k = 0; k < 4; k++) {
         static const char *const others[] = {"normal", "radius", "inside", "at"};
-        static const bool fits[4][4] = {{true}, {false, true, true}, {false, true, true}, {false, false, false, true}};
+        static const bool fits[5][4] = {
+            {true}, {false, true, true}, {false, true, true}, {false, false, false, true}, {false, false, false, true}};
         if (!fits[kind][k])
             refuse_key(c, map, others[k], key);
     }
@@ -209,6 +238,18 @@ static void check_shapes(const reading *c)
     bool folds = false;
     if (c->r->model->points[s[0].point].body == c->r->model->points[s[1].point].body)
         kmp_reader_complain(c->r, c->map->place, "%s: both sides are on the same body", c->what);
+    if (s[0].shape == KMP_TOUCH_FACE && s[1].shape != KMP_TOUCH_CAM)
+        kmp_reader_complain(
+            c->r, c->map->place,
+            "%s: a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face "
+            "as the 'plane' that it touches",
+            c->what);
+    if (s[0].shape == KMP_TOUCH_FACE && s[1].shape == KMP_TOUCH_CAM &&
+        !kmp_stays_across(c->r->model, &(kmp_measure_argument){.point = s[0].point, .axis = s[0].axis},
+                          &(kmp_measure_argument){.point = s[1].point, .axis = 2}))
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: the normal of the face does not stay in the plane of the cam, across its axis z",
+                            c->what);
     if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape == KMP_TOUCH_SPHERE)
         kmp_reader_complain(c->r, c->map->place, "%s: a cylinder on a sphere is written as 'sphere' on a 'cylinder'",
                             c->what);
@@ -216,7 +257,9 @@ static void check_shapes(const reading *c)
              !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
         kmp_reader_complain(c->r, c->map->place,
                             "%s: the axis of the first cylinder does not stay parallel to the axis of the %s", c->what,
-                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z" : "second one");
+                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
+                            : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
+                                                            : "second one");
     if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
         kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
                             touch->radius[0].value, touch->radius[1].value);
@@ -243,6 +286,8 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         refuse_key(&c, map, k ? "upper" : "lower", firsts[kind]);
     for (int k = 0; k < 3 && kind < 2; k++)
         refuse_key(&c, map, (const char *const[]){"on", "radius", "axis"}[k], firsts[kind]);
+    if (kind < 5)
+        refuse_key(&c, map, "normal", firsts[kind]);
     if (kind == 0)
         read_stop(&c);
     if (kind == 1)
@@ -251,10 +296,10 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         return touch->motion >= 0 || touch->gap;
     const kmp_yaml *on = kmp_read_required(r, map, what, "on");
     kmp_touch_side *side = &c.touch->side[0];
-    bool rolls = kind == 4;
-    side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
+    bool rolls = kind == 4, face = kind == 5;
+    side->shape = rolls ? KMP_TOUCH_CYLINDER : face ? KMP_TOUCH_FACE : KMP_TOUCH_SPHERE;
     side->point = kmp_read_point(c.r, kmp_yaml_get(c.map, firsts[kind]), c.what);
-    if (kind > 2)
+    if (kind > 2 && !face)
         read_radius(&c, c.map, 0);
     else
         refuse_key(&c, c.map, "radius", firsts[kind]);
@@ -262,6 +307,11 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         side->axis = read_letter(&c, c.map, false);
     else
         refuse_key(&c, c.map, "axis", firsts[kind]);
+    if (face) {
+        const int letter = read_letter(&c, c.map, true);
+        side->axis = letter % 3;
+        side->against = letter >= 3;
+    }
     bool good = side->point >= 0;
     good = on && read_second(&c, on) && good;
     if (good)
