@@ -3,6 +3,7 @@
  * convex. Profile and path of a roller are parallel to it: c + d n. They have no cusp where 1 + d k > 0. */
 #include "model/data/cam.h"
 #include "base/memory.h"
+#include "model/data/outline.h"
 #include <math.h>
 #include <string.h>
 
@@ -178,8 +179,15 @@ static double inset_of(const kmp_cam *cam)
     return cam->parts && cam->form == KMP_FOLLOWER_ROLLER ? cam->radius : 0;
 }
 
-void kmp_cam_place(const kmp_cam *cam, int k, int count, double place[2])
+void kmp_outline_place(const kmp_outline *outline, int k, int count, double place[2])
 {
+    const kmp_cam *cam = outline->cam;
+    if (!cam) {
+        const kmp_piece *circle = &outline->pieces[0];
+        place[0] = circle->centre[0] + circle->radius * cos(TURN * k / count);
+        place[1] = circle->centre[1] + circle->radius * sin(TURN * k / count);
+        return;
+    }
     const curve_place at = place_at(cam, (double)k / count);
     for (int i = 0; i < 2; i++)
         place[i] = at.c[i] - inset_of(cam) * at.n[i];

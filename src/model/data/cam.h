@@ -91,5 +91,5 @@ kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *fol
  * memory, or a fault. */
 kmp_table *kmp_cam_path(const kmp_cam *cam, const kmp_cam_follower *follower);
 
-/** The profile at its k-th of `count` places, counter-clockwise. */
-void kmp_cam_place(const kmp_cam *cam, int k, int count, double place[2]);
+/** The profile of a cam or a circle at its k-th of `count` places, counter-clockwise. */
+void kmp_outline_place(const struct kmp_outline *outline, int k, int count, double place[2]);
