@@ -5,7 +5,6 @@
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
-#include <kempe/kinematics.h>
 #include <kempe/table.h>
 #include <math.h>
 
@@ -325,6 +324,22 @@ static void a_follower_lifts_off(void)
     }
 }
 
+/* The example's roller stays on its cam up to the speed at which the least force over the angle is zero. */
+static void a_valve_stays_below_a_speed(void)
+{
+    static const char *const speeds[] = {"2086.1 rpm", "2086.5 rpm"};
+    for (int k = 0; k < 2; k++) {
+        const kempe_setting set = {"speed", speeds[k]};
+        loaded l = {.context = kempe_context_new()};
+        CHECK(kempe_model_read_set(l.context, "examples/valve_train/valve_train.yaml", &set, 1, &l.model) == KEMPE_OK);
+        l = load_finish(l);
+        kempe_trajectory *run = simulate(&l, &ways[3], 0.006);
+        CHECK((run && entry(run, "contact", 1)) == (k == 1));
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* -- pairs --------------------------------------------------------------------------------------------------- */
 
 /* Derivatives of lift and force by the speed and the stiffness are differences of runs. */
@@ -485,6 +500,7 @@ int main(void)
     TEST(forces_have_their_digits);
     TEST(a_face_has_a_moment);
     TEST(a_follower_lifts_off);
+    TEST(a_valve_stays_below_a_speed);
     TEST(derivatives_follow_parameters);
     TEST(instances_are_runs);
     TEST(refused);
