@@ -286,6 +286,76 @@ static void a_face_has_a_moment(void)
     unload(&l);
 }
 
+/* -- levers ------------------------------------------------------------------------------------------------ */
+
+#define LEVER                                                                                                          \
+    "kempe: 1\ngravity: [0, -9.81, 0]\noutlines: {disc: {circle: 30 mm, at: [10 mm, 0]}}\n"                            \
+    "ground: {points: {O: [0, 0, 0], G: [-60 mm, 40 mm, 0]}}\nbodies:\n"                                               \
+    "  shaft: {joint: {name: turn, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, 0], " \
+    "D: [10 mm, 0, 0]}}\n"                                                                                             \
+    "  lever: {joint: {name: swing, revolute: z, at: ground.G}, mass: 0.5, com: [40 mm, 0, 0], inertia: {zz: 3e-4}, "  \
+    "points: {foot: [60 mm, 0, 0]}}\n"                                                                                 \
+    "drives: {motor: {joint: turn, angle: \"0.3 + 20*t\"}}\nstart: {q: {swing: 0.02}}\n"                               \
+    "loops: {cam: {%s}}\nrun: {output_step: 0.01}\n"
+
+/* A lever with a roller on an eccentric disc is a four-bar: its coupler is from the centre of the disc to the roller.
+ */
+static void a_lever_is_a_four_bar(void)
+{
+    static const char *const loops[] = {"follower: lever.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}",
+                                        "rod: [shaft.D, lever.foot], length: 38 mm"};
+    static const char *const outputs[] = {"q(swing)", "qd(swing)", "qdd(swing)", "lambda(motor)"};
+    for (int w = 0; w < WAYS; w++) {
+        double x[2][4], load[2][9] = {{0}};
+        for (int k = 0; k < 2; k++) {
+            char model[2048];
+            (void)snprintf(model, sizeof model, LEVER, loops[k]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[w], 0.3);
+            for (int o = 0; o < 4; o++)
+                x[k][o] = number_of(run, outputs[o], true);
+            static const char *const loads[] = {"reaction(cam)", "reaction(turn)", "reaction(swing)"};
+            for (int o = 0; o < 3; o++) {
+                kempe_table *table = NULL;
+                CHECK(run && kempe_trajectory_outputs(run, loads[o], &table) == KEMPE_OK);
+                for (int i = 0; i < 3 && table; i++)
+                    load[k][3 * o + i] = kempe_table_number(table, kempe_table_row_count(table) - 1, 1 + i);
+                kempe_table_free(table);
+            }
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        for (int o = 0; o < 4; o++)
+            CHECK_NEAR(x[0][o], x[1][o], w < 5 ? 1e-8 : 1e-5);
+        for (int i = 0; i < 9; i++)
+            CHECK_NEAR(load[0][i], load[1][i], w < 5 ? 1e-8 : 1e-5);
+    }
+}
+
+/* A flat lever on the disc: the centre of the disc keeps the distance R from the face. The load of the pivot balances
+ * lever, weight and the force at the place of contact. */
+static void a_flat_lever_turns(void)
+{
+    char model[2048];
+    (void)snprintf(model, sizeof model, LEVER, "follower: lever.foot, flat: y, on: {outline: disc, at: shaft.C}");
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &ways[4], 0.1);
+    const double angle = 0.3 + 2, swing = number_of(run, "q(swing)", true);
+    const double d[2] = {E * cos(angle) + 0.06, E * sin(angle) - 0.04}, m[2] = {-sin(swing), cos(swing)};
+    CHECK_NEAR(d[0] * m[0] + d[1] * m[1], -R, 1e-12);
+    const double force = number_of(run, "force(cam)", true);
+    const double along = d[0] * cos(swing) + d[1] * sin(swing);
+    CHECK_NEAR(3e-4 * number_of(run, "qdd(swing)", true) + 0.5 * 0.04 * 0.04 * number_of(run, "qdd(swing)", true),
+               force * along - 0.5 * 9.81 * 0.04 * cos(swing), 1e-10);
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, "moment(cam)", &table) == KEMPE_OK);
+    CHECK_NEAR(table ? kempe_table_number(table, kempe_table_row_count(table) - 1, 3) : NAN, force * (along - 0.06),
+               1e-10);
+    kempe_table_free(table);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* -- lift-off ---------------------------------------------------------------------------------------------- */
 
 /* The force along y of a roller that stays on the disc, at an angle and a speed. */
@@ -383,14 +453,18 @@ static void instances_are_runs(void)
 {
     static const char *const names[] = {"w"};
     static const double values[] = {60, 70, 80, 90, 95};
-    for (int law = 0; law < 2; law++) {
+    for (int c = 0; c < 4; c++) {
+        const bool law = c % 2, touches = c / 2;
         char model[2048];
         (void)snprintf(model, sizeof model, MACHINE,
                        law ? "outlines: {disc: {law: [{to: 180 deg, rise: 10 mm, by: modified_sine}, {to: 360 deg, "
                              "rise: -10 mm, by: cycloidal}], base: 30 mm, follower: {roller: 8 mm}}}\n"
                            : DISC,
-                       "0", "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}",
-                       0.043, 0.0);
+                       "0",
+                       touches ? "contacts: {cam: {cylinder: valve.foot, radius: 8 mm, on: {outline: disc, at: "
+                                 "shaft.C}, restitution: 0}}"
+                               : "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}",
+                       law ? 0.0395 : 0.0437, 0.0);
         loaded l = load_text(model);
         const kempe_run_options options = {.t_end = 0.01, .rtol = 1e-10};
         kempe_values *set = NULL;
@@ -404,11 +478,11 @@ static void instances_are_runs(void)
             /* the follower is along y: a quarter of a turn before the law's zero */
             const double angle = 40 * pi / 180 + 0.01 * values[k],
                          x = (angle - pi / 2 + (angle < pi / 2 ? 2 * pi : 0)) / pi;
-            const double c = cos(angle), in = R + ROLLER;
+            const double cosine = cos(angle), in = R + ROLLER;
             const double of_law = 0.038 + 0.01 * (kmp_cam_law_value(KMP_CAM_MODIFIED_SINE, 0, x) -
                                                   kmp_cam_law_value(KMP_CAM_CYCLOIDAL, 0, x - 1));
             CHECK_NEAR(kempe_ensemble_result_q(batch, k)[lift],
-                       law ? of_law : E * sin(angle) + sqrt(in * in - E * E * c * c), 1e-10);
+                       law ? of_law : E * sin(angle) + sqrt(in * in - E * E * cosine * cosine), 1e-10);
         }
         kempe_ensemble_result_free(batch);
         kempe_ensemble_free(e);
@@ -499,6 +573,8 @@ int main(void)
     TEST(followers_lift);
     TEST(forces_have_their_digits);
     TEST(a_face_has_a_moment);
+    TEST(a_lever_is_a_four_bar);
+    TEST(a_flat_lever_turns);
     TEST(a_follower_lifts_off);
     TEST(a_valve_stays_below_a_speed);
     TEST(derivatives_follow_parameters);

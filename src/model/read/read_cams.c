@@ -210,7 +210,7 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
 bool kmp_check_follower(kmp_reader *r, kmp_place place, const char *what, const kmp_cam_follower *follower)
 {
     const kmp_outline *outline = follower->outline;
-    if (outline->shape == KMP_OUTLINE_CIRCLE && !outline->hollow)
+    if (outline->shape == KMP_OUTLINE_CIRCLE && !outline->hollow && outline->copies == 1)
         return true;
     if (!outline->cam)
         return kmp_reader_complain(r, place,
