@@ -109,7 +109,7 @@ static kmp_vec combined(const cam_place *c, kmp_ref x, kmp_ref y)
 }
 
 /* A circle about another centre than the origin of the outline. */
-static void on_circle(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
+static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
     const kmp_piece *circle = &follower->outline->pieces[0];
@@ -121,7 +121,7 @@ static void on_circle(const cam_place *c, const kmp_cam_follower *follower, kmp_
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
-static void on_path(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
+static void roll_on_path(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
     kmp_ref p[3];
@@ -141,7 +141,7 @@ static void on_path(const cam_place *c, const kmp_cam_follower *follower, kmp_ca
 }
 
 /* The face with the normal m touches at h m + h' t, with t across m. */
-static void on_face(const cam_place *c, const kmp_cam_follower *follower, kmp_vec m, kmp_cam_contact *out)
+static void lie_on_profile(const cam_place *c, const kmp_cam_follower *follower, kmp_vec m, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
     const kmp_ref x = kmp_vec_dot(g, m, c->axes[0]), y = kmp_vec_dot(g, m, c->axes[1]);
@@ -177,13 +177,13 @@ void kmp_cam_contact_find(const kmp_tree *tree, const kmp_cam_follower *follower
     c.y = kmp_vec_dot(g, c.axes[1], c.d);
     contact->axis = c.axes[2];
     if (follower->form == KMP_FOLLOWER_FLAT) {
-        on_face(&c, follower, kmp_point_direction(tree, point[1], face, contact->frame), contact);
+        lie_on_profile(&c, follower, kmp_point_direction(tree, point[1], face, contact->frame), contact);
         return;
     }
     if (follower->outline->cam)
-        on_path(&c, follower, contact);
+        roll_on_path(&c, follower, contact);
     else
-        on_circle(&c, follower, contact);
+        roll_on_circle(&c, follower, contact);
     contact->arm = kmp_vec_scale(g, kmp_const(g, -follower->radius), contact->normal);
 }
 

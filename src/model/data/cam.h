@@ -40,7 +40,7 @@ typedef struct kmp_cam_part {
 typedef enum kmp_follower_form { KMP_FOLLOWER_ROLLER, KMP_FOLLOWER_KNIFE, KMP_FOLLOWER_FLAT } kmp_follower_form;
 
 /** A cam. The angle of a law is the one by which the cam has turned about z, from where its follower is on the x axis;
- * the angle of a table is that of polar coordinates, which decreases with it. */
+ * the angle of a table is the polar angle of a place, which decreases with it. */
 typedef struct kmp_cam {
     const struct kmp_outline *outline;
     kmp_table *table;    /* the radius over the polar angle, periodic; of the model; NULL: by the members below */
@@ -65,7 +65,7 @@ typedef struct kmp_cam_follower {
     double radius; /* of a roller */
 } kmp_cam_follower;
 
-/** What is wrong with a follower on a cam, and at which polar angle. */
+/** Faults of a follower on a cam. */
 typedef enum kmp_cam_fault {
     KMP_CAM_GOOD,
     KMP_CAM_HOLLOW,   /* the roller does not fit into a hollow */
