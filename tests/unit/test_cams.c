@@ -5,6 +5,8 @@
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/modes.h>
 #include <kempe/table.h>
 #include <math.h>
 
@@ -448,6 +450,44 @@ static void derivatives_follow_parameters(void)
     kempe_context_free(context);
 }
 
+/* A shaft on a spring that a valve pushes back: its balance, and the frequency about it. */
+static void a_cam_rests_and_oscillates(void)
+{
+    loaded l = load_text(
+        "kempe: 1\ngravity: [0, -9.81, 0]\noutlines: {disc: {law: [{to: 180 deg, rise: 10 mm, by: modified_sine}, {to: "
+        "360 deg, rise: -10 mm, by: cycloidal}], base: 30 mm, follower: {roller: 8 mm}}}\nbodies:\n"
+        "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, "
+        "0]}}\n"
+        "  valve: {joint: {name: lift, prismatic: y, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
+        "forces: {spring: {joint: lift, force: \"-60 - 4000*(q(lift) - 0.038)\"}, hold: {joint: turn, torque: \"5*(2.5 "
+        "- q(turn))\"}}\nloops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}\n"
+        "start: {q: {turn: 2.4, lift: 0.04}}\n");
+    kempe_equilibrium *e = NULL;
+    kempe_modes *modes = NULL;
+    kempe_table *table = NULL, *frequencies = NULL;
+    double s[3] = {0}, force = 0, turn = NAN;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK &&
+          kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK &&
+          kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK &&
+          kempe_modes_table(modes, "modes", &frequencies) == KEMPE_OK);
+    if (table && frequencies) {
+        turn = kempe_table_number(table, 0, kempe_table_find(table, "q.turn"));
+        for (int d = 0; d < 3; d++)
+            s[d] = 0.01 * kmp_cam_law_value(KMP_CAM_MODIFIED_SINE, d, (turn - pi / 2) / pi) / pow(pi, d);
+        force = 60 + 4000 * s[0] + 0.5 * 9.81;
+        const double stiffness = 5 + force * s[2] + 4000 * s[1] * s[1], inertia = 0.001 + 0.5 * s[1] * s[1];
+        CHECK_NEAR(5 * (2.5 - turn) - force * s[1], 0, 1e-10);
+        CHECK_NEAR(fabs(kempe_table_number(frequencies, 0, kempe_table_find(frequencies, "im"))),
+                   sqrt(stiffness / inertia), 1e-8);
+    }
+    CHECK(isfinite(turn));
+    kempe_table_free(frequencies);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    kempe_equilibrium_free(e);
+    unload(&l);
+}
+
 /* Instances in lanes have the lift of their angle, with a law too. */
 static void instances_are_runs(void)
 {
@@ -578,6 +618,7 @@ int main(void)
     TEST(a_follower_lifts_off);
     TEST(a_valve_stays_below_a_speed);
     TEST(derivatives_follow_parameters);
+    TEST(a_cam_rests_and_oscillates);
     TEST(instances_are_runs);
     TEST(refused);
     return check_report();

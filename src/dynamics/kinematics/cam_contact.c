@@ -117,7 +117,8 @@ static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower,
     const kmp_ref y = kmp_sub(g, c->y, kmp_const(g, circle->centre[1]));
     const kmp_ref r = kmp_sqrt(g, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)));
     out->gap = kmp_sub(g, r, kmp_const(g, circle->radius + follower->radius));
-    out->normal = combined(c, kmp_div(g, x, r), kmp_div(g, y, r));
+    const kmp_ref nx = kmp_div(g, x, r), ny = kmp_div(g, y, r);
+    out->normal = combined(c, nx, ny);
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
@@ -131,8 +132,9 @@ static void roll_on_path(const cam_place *c, const kmp_cam_follower *follower, k
     out->gap = kmp_mul(g, kmp_sub(g, r, p[0]), kmp_div(g, p[0], size));
     /* n = (p e - p' e')/size with e = (x, y)/r, e' = (-y, x)/r */
     const kmp_ref along = kmp_div(g, p[0], kmp_mul(g, r, size)), back = kmp_div(g, p[1], kmp_mul(g, r, size));
-    out->normal = combined(c, kmp_add(g, kmp_mul(g, along, c->x), kmp_mul(g, back, c->y)),
-                           kmp_sub(g, kmp_mul(g, along, c->y), kmp_mul(g, back, c->x)));
+    const kmp_ref nx = kmp_add(g, kmp_mul(g, along, c->x), kmp_mul(g, back, c->y));
+    const kmp_ref ny = kmp_sub(g, kmp_mul(g, along, c->y), kmp_mul(g, back, c->x));
+    out->normal = combined(c, nx, ny);
     /* of the path (p^2 + 2 p'^2 - p p'')/size^3; of the profile, which is parallel to it */
     const kmp_ref twice = kmp_mul(g, kmp_const(g, 2), kmp_mul(g, p[1], p[1]));
     const kmp_ref of_path = kmp_div(g, kmp_sub(g, kmp_add(g, kmp_mul(g, p[0], p[0]), twice), kmp_mul(g, p[0], p[2])),
