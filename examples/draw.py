@@ -940,7 +940,7 @@ def valve_train():
         return 0.009 * (1 if y < 0 else max(0, 1 - y + math.sin(2 * math.pi * y) / (2 * math.pi)) if y < 1 else 0)
 
     turned = math.radians(40)
-    path = lambda angle: at((0, 0), math.pi / 2 + turned - angle, (0.031 + lift(angle), 0))
+    path = lambda angle: at((0, 0), math.pi / 2 + turned - angle, (0.035 + lift(angle), 0))
     profile = []
     for k in range(181):
         angle = 2 * math.pi * k / 180

@@ -156,14 +156,14 @@ def contact_keys():
 
 
 def contact():
-    ways = ("joint", "gap", "point", "sphere", "cylinder", "journal", "socket", "guide")
+    ways = ("joint", "gap", "point", "sphere", "cylinder", "flat", "journal", "socket", "guide")
     return dict(contact_keys(), oneOf=[{"required": [key]} for key in ways],
                 anyOf=[{"required": [key]} for key in ("restitution", "law", "force")])
 
 
 def surface():
     schema = keyed("surface")
-    return dict(schema, oneOf=[{"required": [key]} for key in ("plane", "sphere", "cylinder", "profile")])
+    return dict(schema, oneOf=[{"required": [key]} for key in ("plane", "sphere", "cylinder", "profile", "outline")])
 
 
 def gear():

@@ -2,6 +2,7 @@
 /* Cams: laws of motion, eccentric discs with each follower, forces, lift-off; closed forms, and digits by mpmath. */
 #include "model/data/cam.h"
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
@@ -140,6 +141,29 @@ static void a_law_has_its_pressure_angle(void)
         unload(&l);
     }
     CHECK_NEAR(most, 0.40318608966062, 1e-13);
+}
+
+/* The least radius of a hollow profile: of the curvature (p^2 + 2 s'^2 - p s'')/(p^2 + s'^2)^1.5 of the path. */
+static void a_hollow_profile_is_found(void)
+{
+    for (int k = 0; k < 2; k++) {
+        char model[2048];
+        double least = 0;
+        kmp_cam_check place;
+        (void)snprintf(model, sizeof model, LAW, "cycloidal", k ? "32 mm" : "100 mm", "roller: 8 mm", "roller: 8 mm",
+                       0.0);
+        loaded l = load_text(model);
+        const kmp_cam *cam = l.model ? l.model->outlines[0].cam : NULL;
+        for (int i = 0; cam && i < 100000; i++) {
+            const double angle = 2 * pi * i / 100000, p = cam->base + kmp_cam_lift(cam, 0, angle);
+            const double slope = kmp_cam_lift(cam, 1, angle), bend = kmp_cam_lift(cam, 2, angle);
+            const double of_path = (p * p + 2 * slope * slope - p * bend) / pow(p * p + slope * slope, 1.5);
+            least = fmin(least, of_path / (1 - 0.008 * of_path));
+        }
+        CHECK(cam && kmp_cam_is_hollow(cam, &place) == (k == 1) && (least < 0) == (k == 1));
+        CHECK_NEAR(cam ? place.curvature : NAN, least, 1e-4);
+        unload(&l);
+    }
 }
 
 /* Other followers on the profile of a law: the law's own roller on the profile of a knife or a face, and back, gives
@@ -587,7 +611,7 @@ static void refused(void)
         {NULL, "loops: {cam: {follower: v.P, roller: 0.01}}", "has no key 'on'"},
         {NULL, "loops: {cam: {follower: v.P, roller: 0.01, on: {outline: d, at: s.C}}}", "unknown outline 'd'"},
         {NULL, "loops: {cam: {follower: v.P, roller: 0.01, on: {outline: box, at: s.C}}}",
-         "the outline 'box' is no cam"},
+         "the outline 'box' is not a cam"},
         {NULL, "loops: {cam: {follower: s.C, roller: 0.01" ON, "are on the same body"},
         {NULL, "loops: {cam: {follower: v.P, flat: z" ON, "does not stay in the plane of the cam"},
         {NULL, "loops: {cam: {rod: [v.P, s.C], length: 1, flat: z}}", "a rod closure has no flat"},
@@ -609,6 +633,7 @@ int main(void)
     TEST(laws_are_smooth);
     TEST(a_model_has_the_law);
     TEST(a_law_has_its_pressure_angle);
+    TEST(a_hollow_profile_is_found);
     TEST(other_followers_share_the_profile);
     TEST(followers_lift);
     TEST(forces_have_their_digits);

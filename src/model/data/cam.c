@@ -245,6 +245,18 @@ kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *fol
     return (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
 }
 
+bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place)
+{
+    *place = (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
+    for (int k = 0; k < PLACES; k++) {
+        const curve_place at = place_at(cam, (double)k / PLACES);
+        const double curvature = at.k / (1 - inset_of(cam) * at.k);
+        if (curvature < place->curvature)
+            *place = (kmp_cam_check){KMP_CAM_HOLLOW, within_turn(atan2(at.c[1], at.c[0])), curvature};
+    }
+    return place->curvature < 0;
+}
+
 /* The part of the whole at which the angle is half a turn. */
 static double part_behind(const kmp_cam *cam, const kmp_cam_follower *follower)
 {

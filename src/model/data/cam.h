@@ -86,6 +86,9 @@ bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower);
 /** Checks a follower on a cam. */
 kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower);
 
+/** The place at which the profile is hollow with the least radius; false: it is convex all round. */
+bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place);
+
 /** The distance of a roller's centre or an edge from the centre over the polar angle from -pi to pi; of a flat face its
  * distance over the angle of its normal. A periodic spline through many places, which the caller frees. NULL: no
  * memory, or a fault. */

@@ -5,6 +5,7 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
@@ -202,7 +203,16 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
             return kmp_reader_complain(r, node->place, "%s: the lift at %.6g deg is below the centre of the cam", what,
                                        cam->parts[k].from / DEGREE);
     const kmp_cam_follower own = {outline, cam->form, cam->radius};
-    return kmp_check_follower(r, map->place, what, &own);
+    kmp_cam_check hollow;
+    if (!kmp_check_follower(r, map->place, what, &own))
+        return false;
+    if (kmp_cam_is_hollow(cam, &hollow))
+        kmp_reader_warn(
+            r, map->place,
+            "%s: the profile is hollow, with a least radius of %.4g m at the polar angle %.4g deg: a larger "
+            "base makes it convex",
+            what, -1 / hollow.curvature, hollow.angle / DEGREE);
+    return true;
 }
 
 /* -- followers --------------------------------------------------------------------------------------------- */
@@ -213,10 +223,11 @@ bool kmp_check_follower(kmp_reader *r, kmp_place place, const char *what, const 
     if (outline->shape == KMP_OUTLINE_CIRCLE && !outline->hollow && outline->copies == 1)
         return true;
     if (!outline->cam)
-        return kmp_reader_complain(r, place,
-                                   "%s: the outline '%s' is no cam: a cam is smooth, a 'circle', 'polar', 'points' or "
-                                   "'law'",
-                                   what, outline->name);
+        return kmp_reader_complain(
+            r, place,
+            "%s: the outline '%s' is not a cam: a cam is smooth, a 'circle', 'polar', 'points' or "
+            "'law'",
+            what, outline->name);
     const kmp_cam_check found = kmp_cam_find_fault(outline->cam, follower);
     const double angle = found.angle / DEGREE, radius = fabs(1 / found.curvature);
     switch (found.fault) {
