@@ -676,6 +676,12 @@
 #define KMP_SHAFTS_BENT   60.0
 #define KMP_SHAFTS_FOLDED 179.0
 
+/* -- cams --------------------------------------------------------------------------------------------- */
+
+/** A cam pulls its follower where its force is below minus this part of the largest one of a run: less is rounding of
+ * a force that only becomes zero. */
+#define KMP_PULLING_FORCE 1e-9
+
 /* -- tables of wheel-rail contact --------------------------------------------------------------------- */
 
 /** A conicity is resolved by the values of a table if half of them change it by at most this part of it, or of a small

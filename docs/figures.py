@@ -488,8 +488,20 @@ def constant_velocity(v):
     v.front.append(text(x + 34, y + 2, "\u03c9", RED, style=ITALIC, size=16))
 
 
+def follower(v):
+    turn = [2 * math.pi * k / 80 for k in range(81)]
+    edge = lambda a, z: (0.26 + 0.62 * math.cos(a), 0.62 * math.sin(a), z)
+    v.cylinder(Frame((0.26, 0, 0)), 0.62, -0.12, 0.12, GREY)
+    v.front.append(polyline([v.place(edge(a, 0.12)) for a in turn], RED, 2.0))
+    y = math.sqrt(0.8 ** 2 - 0.26 ** 2)
+    v.cylinder(Frame((0, y, 0)), 0.18, -0.1, 0.1, BLUE)
+    knob(v, (0, 0, 0.12), "P", (-17, 5), GREY)
+    knob(v, (0, y, 0.12), "Q", (17, 8))
+    free_along(v, (-0.35, y - 0.1, 0), (-0.35, y + 0.6, 0))
+
+
 CLOSURES = (("constant_velocity", "both shafts turn alike", constant_velocity), ("rod", "constant distance of P and Q", rod), ("point_on_line", "Q moves along the axis through P", point_on_line),
-            ("point_on_plane", "Q moves in the plane through P", point_on_plane), ("point_on_curve", "Q moves along a curve", point_on_curve))
+            ("point_on_plane", "Q moves in the plane through P", point_on_plane), ("point_on_curve", "Q moves along a curve", point_on_curve), ("follower", "a roller on a cam", follower))
 
 
 # -- frames of a joint ---------------------------------------------------------------------------------

@@ -22,14 +22,14 @@ HEAD = """# Index of keys
 
 The index has every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
-OWNERS = {"model": "model", "rope_place": "sheave or drum of a rope", "outline_arc": "arc of an outline", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
+OWNERS = {"model": "model", "rope_place": "sheave or drum of a rope", "outline_arc": "arc of an outline", "cam_part": "part of the law of a cam", "cam_follower": "follower of a law", "cam_place": "cam under a follower", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal",
           "flexible": "flexible body", "section": "cross-section", "taper": "taper with stations", "section_number": "cross-section by numbers", "beam_shape": "shapes of a beam", "damping": "damping of a flexible body", "file_unit": "units of a file of modes"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
-         "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
+         "FOLLOWER": "`roller`, `knife` or `flat`; `on`", "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
              "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "TYRE": "(TYRE)", "BEARING": "(BEARINGS)", "ROPE": "(ROPE)", "SHEAVE": "(ROPE.k)", "OUTLINED": "(CONTACT)", "MAYBE_STATE": "(STATE)"}
 
@@ -190,7 +190,7 @@ def closure_kinds(_):
     lines = []
     for name, needs, force, moment, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
         rows = "1 or 2" if needs == "CURVE" else str(count.get(force, 0) + count.get(moment, 0))
-        first = {"TERMS": "coordinates with factors", "EXPRESSION": "expression"}.get(needs, "two points")
+        first = {"TERMS": "coordinates with factors", "EXPRESSION": "expression", "FOLLOWER": "point"}.get(needs, "two points")
         lines.append((link(f"`{name}`", heading(name), found), first, NEEDS.get(needs) if needs != "NUMBER" else numbers[name], rows))
     return table(("kind", "value", "further keys", "rows"), lines)
 

@@ -84,6 +84,7 @@ PARTS = (
         ("Geneva drive", "closed form", "geneva_drive/geneva_drive", "geneva_drive/reference", "1e-12"),
         ("Planetary gearbox with elastic teeth", "equations in three angles, SciPy at 3e-14", "planetary_gearbox/planetary_gearbox",
          "planetary_gearbox/reference", "1e-12"),
+        ("Cam and valve that lifts off", "closed forms, 30 digits", "valve_train/valve_train", "valve_train/reference", "1e-12"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
         ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"),
         ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",

@@ -942,6 +942,36 @@ def quarter_car_on_tyre():
     return p
 
 
+def valve_train():
+    """At half of the opening."""
+    def lift(angle):
+        """Over the angle of the cam."""
+        x, y = angle / math.radians(80), (angle - math.radians(100)) / math.radians(80)
+        if x < 1:
+            return 0.009 * (35 * x ** 4 - 84 * x ** 5 + 70 * x ** 6 - 20 * x ** 7)
+        return 0.009 * (1 if y < 0 else max(0, 1 - y + math.sin(2 * math.pi * y) / (2 * math.pi)) if y < 1 else 0)
+
+    turned = math.radians(40)
+    path = lambda angle: at((0, 0), math.pi / 2 + turned - angle, (0.035 + lift(angle), 0))
+    profile = []
+    for k in range(181):
+        angle = 2 * math.pi * k / 180
+        (x, y), (a, b), (c, d) = path(angle), path((angle - 1e-4) % (2 * math.pi)), path((angle + 1e-4) % (2 * math.pi))
+        size = math.hypot(c - a, d - b)
+        profile.append((x + 0.009 * (d - b) / size, y - 0.009 * (c - a) / size))
+    roller = path(turned)
+    p = Picture("A cam, the roller of a valve, and its spring")
+    p.curve("cam", *profile, shift=(60, 0))
+    p.curve("roller", *(at(roller, math.pi * k / 24, (0.009, 0)) for k in range(49)), shift=(-60, 0))
+    top = (0, roller[1] + 0.03)
+    p.body("valve", roller, top, colour=2, shift=(12, 0))
+    p.spring(top, (0, top[1] + 0.03))
+    p.pivot((0, 0), "shaft", True, (12, 4))
+    p.pivot((0, top[1] + 0.03), None, True)
+    p.see((-0.05, 0), (0.05, 0))
+    return p
+
+
 def gearbox():
     """From above: shafts side by side, wheels as rectangles."""
     a1, a2 = 0.003 * 73 / (2 * math.cos(math.radians(15))), 0.004 * 76 / (2 * math.cos(math.radians(12)))
@@ -1076,7 +1106,7 @@ PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, br
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
             flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
-            scissor_lift, clutch_start, quarter_car_on_tyre, geneva_drive)
+            scissor_lift, clutch_start, quarter_car_on_tyre, geneva_drive, valve_train)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -104,7 +104,7 @@ PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 VALUES = {  # the words of the tables of keys
     "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
-    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "[x, y]": PAIR, "corners": {"type": "array", "items": PAIR, "minItems": 2}, "path of an outline": {"type": "array", "items": {"anyOf": [PAIR, ref("outline_arc")]}, "minItems": 2}, "two points or more": dict(WORDS, minItems=2), "names": WORDS,
+    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "[x, y]": PAIR, "corners": {"type": "array", "items": PAIR, "minItems": 2}, "path of an outline": {"type": "array", "items": {"anyOf": [PAIR, ref("outline_arc")]}, "minItems": 2}, "parts of a lift": {"type": "array", "items": ref("cam_part"), "minItems": 1}, "follower": ref("cam_follower"), "cam": ref("cam_place"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,
     "parameters": named(NUMBER), "ports declared": named({"enum": [name for name, *_ in rows("port_kinds.def", "KMP_PORT_KIND")]}), "ports bound": named({"anyOf": [WORD, WORDS]}), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
     "numbers": NUMBERS, "6 x 6 numbers": {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6}, "minItems": 6, "maxItems": 6}, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
@@ -156,7 +156,7 @@ def contact_keys():
 
 
 def contact():
-    ways = ("joint", "gap", "point", "sphere", "cylinder", "outline", "journal", "socket", "guide")
+    ways = ("joint", "gap", "point", "sphere", "cylinder", "outline", "flat", "journal", "socket", "guide")
     return dict(contact_keys(), oneOf=[{"required": [key]} for key in ways],
                 anyOf=[{"required": [key]} for key in ("restitution", "law", "force")])
 
@@ -209,9 +209,9 @@ def edge():
 def loop():
     kinds = {name: needs for name, needs, *_ in rows("closure_kinds.def", "KMP_CLOSURE")}
     terms = {"type": "object", "additionalProperties": NUMBER, "minProperties": 2}
-    own = {"TERMS": terms, "EXPRESSION": NUMBER}
+    own = {"TERMS": terms, "EXPRESSION": NUMBER, "FOLLOWER": WORD}
     numbers = {row[0]: row for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}
-    wants = {name: [numbers[name][1]] if name in numbers else ["axes"] if needs == "TWO_AXES" else []
+    wants = {name: [numbers[name][1]] if name in numbers else ["axes"] if needs == "TWO_AXES" else ["on"] if needs == "FOLLOWER" else []
              for name, needs in kinds.items()}
     more = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
     more.update({row[1]: described(NUMBER, row[-1]) for row in numbers.values()})
@@ -311,6 +311,9 @@ def plain_definitions():
         "bearing": keyed("bearing"),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
+        "cam_part": keyed("cam_part"),
+        "cam_follower": keyed("cam_follower"),
+        "cam_place": keyed("cam_place"),
         "table": keyed("table", method={"enum": ["spline", "linear", "monotone"]}),
         "profile": keyed("profile"),
         "piece": piece(),

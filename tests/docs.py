@@ -209,7 +209,7 @@ class Tables(unittest.TestCase):
         text = (ROOT / "docs/model/joint_kinds.md").read_text()
         for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
             self.assertIn(f"(figures/joint_{name}.svg)", text)
-        text = "".join((ROOT / f"docs/model/{page}.md").read_text() for page in ("closures", "curves"))
+        text = "".join((ROOT / f"docs/model/{page}.md").read_text() for page in ("closures", "curves", "cams"))
         between = [name for name, needs, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
         self.assertEqual(text.count("](figures/"), len(between))
 

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
@@ -338,9 +339,11 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     if (closure->gear)
         lambda[0] = kmp_gear_transmitted(tree, c);
     const kmp_part *part = moment ? kind->moment : kind->force;
-    if (part->rows == 0)
+    const bool of_face = moment && closure->cam;
+    if (part->rows == 0 && !of_face)
         return kmp_vec_zero();
-    kmp_vec load = part->load(tree, closure, moment ? lambda + kind->force->rows : lambda);
+    kmp_vec load = of_face ? kmp_cam_load(tree, closure, lambda[0], true)
+                           : part->load(tree, closure, moment ? lambda + kind->force->rows : lambda);
     if (part->load == kmp_part_effort || closure->gear)
         return load;
     const kmp_point *points = tree->model->points;

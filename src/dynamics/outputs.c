@@ -10,6 +10,7 @@
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/bearing_forces.h"
+#include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -146,6 +147,25 @@ static kmp_ref least_gap(const kmp_tree *tree, const kmp_outline_contact *outlin
     return least;
 }
 
+/* The contact of a follower with its cam, by the kind of an output; its body moves along its own coordinate. */
+static kmp_ref cam_value(const kmp_tree *tree, const kmp_output *output)
+{
+    const kempe_model *model = tree->model;
+    const bool touches = output->kind == KMP_OUTPUT_TOUCH_PRESSURE_ANGLE || output->kind == KMP_OUTPUT_TOUCH_CURVATURE;
+    const kmp_closure *closure = touches ? NULL : &model->closures[output->index];
+    const kmp_touch_side *side = touches ? model->forces[output->index].touch.side : NULL;
+    const int point[2] = {touches ? side[1].point : closure->point[0], touches ? side[0].point : closure->point[1]};
+    double face[3] = {0};
+    kmp_cam_contact contact;
+    if (touches)
+        face[side[0].axis] = side[0].against ? -1 : 1;
+    kmp_cam_contact_find(tree, touches ? side[1].cam : closure->cam, point, touches ? face : closure->axis[1],
+                         &contact);
+    if (output->kind == KMP_OUTPUT_CURVATURE || output->kind == KMP_OUTPUT_TOUCH_CURVATURE)
+        return contact.curvature;
+    return kmp_cam_pressure_angle(tree, &contact, point[1], model->bodies[model->points[point[1]].body].first_motion);
+}
+
 static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
@@ -179,6 +199,13 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
     case KMP_OUTPUT_OUTLINE_GAP:
         return kmp_vec_axis(least_gap(&eq->tree, &eq->model->outline_contacts[output->index]), 0);
+    case KMP_OUTPUT_CAM_FORCE:
+        return kmp_vec_axis(kmp_tree_multiplier(&eq->tree, output->index, 0), 0);
+    case KMP_OUTPUT_PRESSURE_ANGLE:
+    case KMP_OUTPUT_CURVATURE:
+    case KMP_OUTPUT_TOUCH_PRESSURE_ANGLE:
+    case KMP_OUTPUT_TOUCH_CURVATURE:
+        return kmp_vec_axis(cam_value(&eq->tree, output), 0);
     case KMP_OUTPUT_TENSION:
         return kmp_vec_axis(kmp_rope_tension(&eq->tree, &eq->model->ropes[output->index]), 0);
     case KMP_OUTPUT_ROPE_LENGTH:

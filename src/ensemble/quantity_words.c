@@ -261,10 +261,18 @@ static kmp_yaml node_of(const char *text, int column)
 /* True if a text is an output that no expression can be. */
 static bool is_output(const char *text)
 {
-    static const kmp_output_kind kinds[] = {KMP_OUTPUT_FORCE,        KMP_OUTPUT_GAP,     KMP_OUTPUT_ENERGY,
-                                            KMP_OUTPUT_MOMENTUM,     KMP_OUTPUT_CONTACT, KMP_OUTPUT_GUIDANCE,
-                                            KMP_OUTPUT_TYRE_CONTACT, KMP_OUTPUT_POSE,    KMP_OUTPUT_ANGULAR_MOMENTUM,
-                                            KMP_OUTPUT_CUT_QDD};
+    static const kmp_output_kind kinds[] = {KMP_OUTPUT_FORCE,
+                                            KMP_OUTPUT_GAP,
+                                            KMP_OUTPUT_ENERGY,
+                                            KMP_OUTPUT_MOMENTUM,
+                                            KMP_OUTPUT_CONTACT,
+                                            KMP_OUTPUT_GUIDANCE,
+                                            KMP_OUTPUT_TYRE_CONTACT,
+                                            KMP_OUTPUT_POSE,
+                                            KMP_OUTPUT_ANGULAR_MOMENTUM,
+                                            KMP_OUTPUT_CUT_QDD,
+                                            KMP_OUTPUT_PRESSURE_ANGLE,
+                                            KMP_OUTPUT_CURVATURE};
     size_t length = strcspn(text, "(.");
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
         const char *word = kmp_output_rows[kinds[k]].word;

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "dynamics/kinematics/gear_mesh.h"
 #include "model/data/body.h"
+#include "model/data/cam.h"
 #include "model/data/closure.h"
 #include "model/data/force.h"
 #include "model/data/mesh.h"
@@ -768,16 +769,48 @@ static void put_outline(kmp_json *json, const picture *p, const char *name, cons
     }
 }
 
+/* The profile of a cam in the axes of a point. */
+static void put_profile(kmp_json *json, const picture *p, const char *name, int point, const kmp_outline *outline)
+{
+    enum { PLACES = 180 };
+    if (!begin_surface(json, p, "curve", name, point))
+        return;
+    kmp_json_array(json, "points");
+    for (int k = 0; k <= PLACES; k++) {
+        double place[3] = {0}, out[3];
+        kmp_outline_place(outline, k, PLACES, place);
+        to_body(p->model, point, place, out);
+        kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+    }
+    kmp_json_put(json, "] }");
+}
+
+/* An ideal follower: its cam, and its roller about the axis of the cam. */
+static void put_follower(kmp_json *json, const picture *p, const kmp_closure *closure)
+{
+    const double axis[3] = {0, 0, 1};
+    put_profile(json, p, closure->name, closure->point[0], closure->cam->outline);
+    if (closure->cam->form != KMP_FOLLOWER_ROLLER ||
+        !begin_surface(json, p, "cylinder", closure->name, closure->point[1]))
+        return;
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_put(json, "radius %.7g hollow %i }", closure->cam->radius, false);
+}
+
 static void put_side(kmp_json *json, const picture *p, const kmp_force *force, int k)
 {
-    static const char *const words[] = {"sphere", "cylinder", "plane"};
+    static const char *const words[] = {"sphere", "cylinder", "plane", [KMP_TOUCH_FACE] = "plane"};
     const kmp_touch_side *side = &force->touch.side[k];
     double axis[3];
     if (side->shape == KMP_TOUCH_PROFILE) {
         put_table_curve(json, p, force->name, side->point, side->table->table);
         return;
     }
-    if ((side->shape != KMP_TOUCH_PLANE && !(force->touch.radius[k].value > 0)) ||
+    if (side->shape == KMP_TOUCH_CAM) {
+        put_profile(json, p, force->name, side->point, side->cam->outline);
+        return;
+    }
+    if ((side->shape != KMP_TOUCH_PLANE && side->shape != KMP_TOUCH_FACE && !(force->touch.radius[k].value > 0)) ||
         !begin_surface(json, p, words[side->shape], force->name, side->point))
         return;
     for (int i = 0; i < 3; i++)
@@ -852,6 +885,8 @@ static void put_surfaces(kmp_json *json, const picture *p)
     }
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
+        if (closure->cam)
+            put_follower(json, p, closure);
         const kmp_drawn_point runner = closure->kind == KMP_CLOSURE_point_on_curve
                                            ? kmp_drawing_point(&p->drawing, model, closure->point[1])
                                            : (kmp_drawn_point){.body = -1};

@@ -220,6 +220,10 @@ static kempe_status derive_kinds(scene *s)
 {
     static const char text[] =
         "kempe: 1\ntables: {f: {x: [0, 1, 3], y: [0, 1, 2]}}\n"
+        "outlines:\n"
+        "  c: {law: [{to: 3, rise: 1 mm, by: cycloidal}, {to: 360 deg, rise: -1 mm, by: harmonic}], base: 1, "
+        "follower: {knife: yes}}\n"
+        "  d: {points: [[1, 0], [0, 1], [-1, 0], [0, -1]]}\n"
         "ground: {points: {O: {at: [0, 0, 0], axes: {z: [0, 1, 1]}}}}\n"
         "bodies:\n"
         "  a: {joint: {screw: z, pitch: 1 mm, at: ground.O}, mass: 1, points: {P: [1, 0, 0]}}\n"
@@ -230,8 +234,10 @@ static kempe_status derive_kinds(scene *s)
         "  F: {point_on_curve: [ground.O, w.P], table: f}\n"
         "  G: {point_on_curve: [ground.O, b.P], curve: [x - y*z, z + sin(x)]}\n"
         "  K: {coupler: {a.1: 1, b.2: 2}, equals: 1}\n"
+        "  L: {follower: b.P, knife: yes, on: {outline: c, at: w.P}}\n"
+        "contacts: {M: {sphere: b.P, radius: 0.1, on: {outline: d, at: w.P}, restitution: 0}}\n"
         "drives: {l: {joint: b.1, locked: yes}}\n"
-        "run: {outputs: [reaction(W), moment(W), reaction(b)]}\n";
+        "run: {outputs: [reaction(W), moment(W), reaction(b), force(L), curvature(M)]}\n";
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_status status = kempe_model_read_text(s->context, text, "kinds", &model);

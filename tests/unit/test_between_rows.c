@@ -210,7 +210,18 @@ static const struct {
      "    points: {tip: {station: 1}, mid: {station: 0.5, offset: [0, 2 mm, 0]}}\n"
      "bearings: {main: {joint: A, at: [-10 mm, 20 mm]}}\n",
      "bearing(main), deflection(rod.tip), section(rod.mid), section_by_shapes(rod.mid), stress(rod.mid), q, qd, qdd, "
-     "energy"}};
+     "energy"},
+    {"kempe: 1\noutlines: {c: {law: [{to: 180 deg, rise: 10 mm, by: polynomial_4567}, {to: 360 deg, rise: -10 mm, by: "
+     "cycloidal}], base: 40 mm, follower: {roller: 8 mm}}}\nbodies:\n"
+     "  s: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {C: [0, 0, 0]}}\n"
+     "  v: {joint: {prismatic: y, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+     "  w: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+     "loops: {cam: {follower: v.P, roller: 8 mm, on: {outline: c, at: s.C}}}\n"
+     "contacts: {tappet: {sphere: w.P, radius: 8 mm, on: {outline: c, at: s.C}, restitution: 0}}\n"
+     "forces: {f: {joint: v, force: \"-100*q(v)\"}, g: {joint: w, force: \"-100*q(w)\"}}\n"
+     "start: {q: {v: 0.05, w: 0.06}, qd: {s: 3}}\n",
+     "force(cam), pressure_angle(cam), curvature(cam), force(tappet), pressure_angle(tappet), curvature(tappet), "
+     "gap(tappet), q, qd, energy"}};
 
 static void every_output(void)
 {

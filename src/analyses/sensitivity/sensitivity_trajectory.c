@@ -286,7 +286,8 @@ static bool is_ambiguous(const work *w, int column)
     kmp_output_kind kind = w->s->system->model->outputs[source_of(w, column)->output].kind;
     return w->report.redundant > 0 &&
            (kind == KMP_OUTPUT_LAMBDA || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
-            kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT || kind == KMP_OUTPUT_BEARING);
+            kind == KMP_OUTPUT_CAM_FORCE || kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT ||
+            kind == KMP_OUTPUT_BEARING);
 }
 
 /* The characteristic size of a unit in this run, where the equations have one; otherwise the largest number with it. */

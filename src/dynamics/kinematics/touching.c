@@ -5,6 +5,7 @@
  * its derivatives on the curve. The middle circle of a cylinder with the axis e reaches r sqrt(1 - (n.e)^2) towards a
  * plane. */
 #include "dynamics/kinematics/touching.h"
+#include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -114,6 +115,19 @@ static kmp_vec place_of(const pair *p)
     return place;
 }
 
+static void on_cam(const pair *p, kmp_touching *out)
+{
+    const kmp_touch_side *side = p->touch->side;
+    const int points[2] = {side[1].point, side[0].point};
+    double face[3] = {0};
+    kmp_cam_contact contact;
+    face[side[0].axis] = side[0].against ? -1 : 1;
+    kmp_cam_contact_find(p->tree, side[1].cam, points, face, &contact);
+    out->gap = contact.gap;
+    out->normal = contact.normal;
+    out->arm[0] = contact.arm;
+}
+
 /* -- slip ------------------------------------------------------------------------------------------------ */
 
 /* d' + w1 x arm1 - w2 x arm2, relative to the frame; its motion cancels out, because both arms end at one place. */
@@ -139,6 +153,9 @@ void kmp_touching_find(const kmp_tree *tree, const kmp_contact_pair *touch, bool
         break;
     case KMP_TOUCH_PROFILE:
         on_profile(&p, touching);
+        break;
+    case KMP_TOUCH_CAM:
+        on_cam(&p, touching);
         break;
     default:
         on_round(&p, touching);
@@ -255,7 +272,8 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
         *way = kmp_tree_expression(tree, touch->way);
         return true;
     }
-    if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE)
+    if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE ||
+        touch->side[1].shape == KMP_TOUCH_CAM)
         return false;
     const pair p = pair_of(tree, touch);
     if (touch->side[1].shape == KMP_TOUCH_PIECE)
@@ -324,6 +342,7 @@ static kmp_vec direction_on_surface(const pair *p, kmp_vec n, int along)
     case KMP_TOUCH_CYLINDER:
         return along == 1 ? e[second->axis] : kmp_vec_cross(g, n, e[second->axis]);
     case KMP_TOUCH_PROFILE:
+    case KMP_TOUCH_CAM:
         return along == 1 ? kmp_vec_cross(g, n, e[2]) : e[2];
     default:
         return direction_on_sphere(p, n, along);

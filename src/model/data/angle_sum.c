@@ -7,6 +7,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Cosine of the angle between axes at right angles, up to rounding. */
+#define RIGHT_ANGLE 1e-12
+
 /* By which unit vectors that are products of few rotations may differ through rounding, per component. */
 #define ROUNDING (16 * DBL_EPSILON)
 
@@ -160,6 +163,15 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
     return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
 }
 
+bool kmp_stays_across(const kempe_model *model, const kmp_measure_argument *direction, const kmp_measure_argument *axis)
+{
+    double e[3], w[3];
+    rest_axis(model, direction, e);
+    rest_axis(model, axis, w);
+    return kmp_moves_across(model, direction->point, axis) &&
+           fabs(e[0] * w[0] + e[1] * w[1] + e[2] * w[2]) <= RIGHT_ANGLE;
+}
+
 /* -- surfaces that touch ----------------------------------------------------------------------------- */
 
 /* The plane in which two surfaces move and touch, from the normal of a plane or the plane of a profile. */
@@ -171,9 +183,9 @@ int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch)
         int axis = (side[1].axis + k) % 3; /* the rotation of a cylinder first */
         const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};
         /* The plane of motion has the normal of a plane, and the curve of a profile. */
-        const bool across = side[1].shape == KMP_TOUCH_PLANE     ? axis != side[1].axis
-                            : side[1].shape == KMP_TOUCH_PROFILE ? axis == 2
-                                                                 : true;
+        const bool across = side[1].shape == KMP_TOUCH_PLANE ? axis != side[1].axis
+                            : side[1].shape == KMP_TOUCH_PROFILE || side[1].shape == KMP_TOUCH_CAM ? axis == 2
+                                                                                                   : true;
         if (across && kmp_moves_across(model, side[0].point, &normal))
             return axis;
     }

@@ -16,6 +16,10 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
  * between them are about it, no translation is along it. */
 bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_argument *axis);
 
+/** True if a direction stays across an axis, in these planes. */
+bool kmp_stays_across(const kempe_model *model, const kmp_measure_argument *direction,
+                      const kmp_measure_argument *axis);
+
 /** The axis of the second side's point across which the first side's body moves, so that its slip has only one
  * direction; -1: there is none, and it has two. */
 int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch);

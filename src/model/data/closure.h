@@ -7,6 +7,7 @@
 #include <stdbool.h>
 
 struct kmp_gear;
+struct kmp_cam_follower;
 
 /** A coordinate times a factor. */
 typedef struct kmp_term {
@@ -45,6 +46,7 @@ typedef struct kmp_closure {
     int curve_count;              /* number of curve expressions: rows */
     int power;                    /* of a constraint, and of a curve: its unit is m^power */
     struct kmp_gear *gear;        /* of a pair of gear wheels (gear.h); otherwise NULL */
+    const struct kmp_cam_follower *cam; /* of a follower on a cam (cam.h); otherwise NULL */
 } kmp_closure;
 
 /** A joint between two bodies that became a closure of the same name, and the reason. */

@@ -7,6 +7,8 @@
 #include "model/data/place.h"
 #include <stdbool.h>
 
+struct kmp_cam;
+
 /* The rows of outline_shapes.def. */
 typedef enum kmp_outline_shape {
 #define KMP_OUTLINE(kind, word, keys) KMP_OUTLINE_##kind,
@@ -46,7 +48,8 @@ typedef struct kmp_outline {
     int copies;
     double round;
     int piece_count;
-    kmp_piece *pieces; /* of one copy */
+    kmp_piece *pieces;   /* of one copy */
+    struct kmp_cam *cam; /* (cam.h); NULL: it consists of pieces */
 } kmp_outline;
 
 /** An edge of a shape: from the end of the one before to `to`, straight or an arc about `centre` by the angle `turn`.

@@ -10,19 +10,22 @@ typedef enum kmp_touch_shape {
     KMP_TOUCH_CYLINDER, /* about an axis through its point; the first side touches a plane with its middle section */
     KMP_TOUCH_PLANE,    /* through its point */
     KMP_TOUCH_PROFILE,  /* the curve y = table(x) of its point's axes, solid below it */
-    KMP_TOUCH_PIECE     /* second side: a piece of an outline in the x-y plane of its point's axes */
+    KMP_TOUCH_PIECE,    /* second side: a piece of an outline in the x-y plane of its point's axes */
+    KMP_TOUCH_CAM,      /* second side: a cam in the x-y plane of its point's axes */
+    KMP_TOUCH_FACE      /* first side: a flat face through its point, which touches a cam */
 } kmp_touch_shape;
 
 typedef struct kmp_touch_side {
     kmp_touch_shape shape;
     int point;
-    int axis;                     /* 0, 1, 2 of the point's axes: of a cylinder; the outward normal of a plane */
-    bool against;                 /* PLANE: its outward normal is opposite to that axis */
+    int axis;                     /* 0, 1, 2 of the point's axes: of a cylinder; the normal of a plane or a face */
+    bool against;                 /* PLANE, FACE: its normal, away from a cam, is opposite to that axis */
     bool hollow;                  /* second side: the first one is inside it */
     const kmp_named_table *table; /* PROFILE */
     const struct kmp_outline_part *piece; /* PIECE */
     bool off;                             /* first side: its centre is not at its point, but there: */
     double at[2];                         /* in the x-y plane of the point's axes */
+    const struct kmp_cam_follower *cam;   /* CAM: with what the first side is (cam.h) */
 } kmp_touch_side;
 
 struct kmp_outline;

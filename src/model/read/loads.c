@@ -162,6 +162,7 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     case KMP_OUTPUT_JOINT_REACTION:
     case KMP_OUTPUT_JOINT_MOMENT:
     case KMP_OUTPUT_BEARING:
+    case KMP_OUTPUT_CAM_FORCE:
         return true;
     case KMP_OUTPUT_FORCE:
         return is_loaded(model, output->index);

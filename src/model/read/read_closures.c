@@ -5,6 +5,7 @@
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_cams.h"
 #include "model/read/read_contacts.h"
 #include "model/read/read_gears.h"
 #include "model/read/read_linkage.h"
@@ -49,6 +50,10 @@ static const struct {
     {"y", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
     {"z", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
     {"curve", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
+    {"roller", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
+    {"knife", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
+    {"flat", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
+    {"on", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
     {"equals", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_TERMS},
     {"power", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_EXPRESSION | 1u << KMP_NEEDS_CURVE}};
 
@@ -246,6 +251,10 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
     }
     if (row->needs == KMP_NEEDS_EXPRESSION) {
         read_constraint(r, map, what, closure);
+        return;
+    }
+    if (row->needs == KMP_NEEDS_FOLLOWER) {
+        kmp_read_follower(r, map, what, closure);
         return;
     }
     kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);

@@ -3,14 +3,17 @@
  * with a separate row. */
 #include "model/read/read_contacts.h"
 #include "model/data/angle_sum.h"
+#include "model/data/cam.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/parallel_curve.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/outline_pairs.h"
+#include "model/read/read_cams.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
+#include "model/read/read_outlines.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -27,7 +30,7 @@ static const kmp_key surface_keys[] = {
 #include "model/read/surface_keys.def"
     {0}};
 
-static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder", "outline"};
+static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder", "outline", "flat"};
 static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile", "outline"};
 
 /* A contact being read. */
@@ -130,6 +133,24 @@ static void refuse_key(const reading *c, const kmp_yaml *map, const char *other,
         kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
 }
 
+/* The first side as a follower on a cam. */
+static bool read_cam(const reading *c, const kmp_yaml *node)
+{
+    const kmp_touch_side *first = &c->touch->side[0];
+    const kmp_outline *outline = kmp_read_outline_name(c->r, node, c->what);
+    kmp_cam_follower *follower = KMP_ARENA_NEW(&c->r->model->arena, kmp_cam_follower, 1);
+    if (!outline || !follower)
+        return false;
+    kmp_reader_fix(c->r, &c->touch->radius[0]);
+    *follower = (kmp_cam_follower){.outline = outline,
+                                   .form = first->shape == KMP_TOUCH_FACE  ? KMP_FOLLOWER_FLAT
+                                           : c->touch->radius[0].value > 0 ? KMP_FOLLOWER_ROLLER
+                                                                           : KMP_FOLLOWER_KNIFE,
+                                   .radius = c->touch->radius[0].value};
+    c->touch->side[1].cam = follower;
+    return !c->r->wrong && kmp_check_follower(c->r, c->map->place, c->what, follower);
+}
+
 static bool read_second(const reading *c, const kmp_yaml *map)
 {
     kmp_touch_side *side = &c->touch->side[1];
@@ -141,19 +162,22 @@ static bool read_second(const reading *c, const kmp_yaml *map)
         return false;
     const char *key = seconds[kind];
     const kmp_yaml *inside = kmp_yaml_get(map, "inside");
-    side->shape = kind == 0   ? KMP_TOUCH_PLANE
-                  : kind == 1 ? KMP_TOUCH_SPHERE
-                  : kind == 2 ? KMP_TOUCH_CYLINDER
-                  : kind == 3 ? KMP_TOUCH_PROFILE
-                              : KMP_TOUCH_PIECE;
+    side->shape = kind == 0    ? KMP_TOUCH_PLANE
+                  : kind == 1  ? KMP_TOUCH_SPHERE
+                  : kind == 2  ? KMP_TOUCH_CYLINDER
+                  : kind == 3  ? KMP_TOUCH_PROFILE
+                  : c->r->pair ? KMP_TOUCH_PIECE
+                               : KMP_TOUCH_CAM;
     side->hollow = inside != NULL;
     const int letter = read_letter(c, map, kind == 0);
     side->axis = letter % 3;
     side->against = letter >= 3;
     if (kind == 4) {
         const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at");
-        side->axis = 2;
         side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
+        side->axis = 2;
+        if (!c->r->pair && !read_cam(c, kmp_yaml_get(map, "outline")))
+            return false;
     } else if (kind == 3) {
         const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
@@ -217,6 +241,18 @@ static void check_shapes(const reading *c)
     bool folds = false;
     if (c->r->model->points[s[0].point].body == c->r->model->points[s[1].point].body)
         kmp_reader_complain(c->r, c->map->place, "%s: both sides are on the same body", c->what);
+    if (s[0].shape == KMP_TOUCH_FACE && s[1].shape != KMP_TOUCH_CAM)
+        kmp_reader_complain(
+            c->r, c->map->place,
+            "%s: a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face "
+            "as the 'plane' that it touches",
+            c->what);
+    if (s[0].shape == KMP_TOUCH_FACE && s[1].shape == KMP_TOUCH_CAM &&
+        !kmp_stays_across(c->r->model, &(kmp_measure_argument){.point = s[0].point, .axis = s[0].axis},
+                          &(kmp_measure_argument){.point = s[1].point, .axis = 2}))
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: the normal of the face does not stay in the plane of the cam, across its axis z",
+                            c->what);
     if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape == KMP_TOUCH_SPHERE)
         kmp_reader_complain(c->r, c->map->place, "%s: a cylinder on a sphere is written as 'sphere' on a 'cylinder'",
                             c->what);
@@ -224,7 +260,9 @@ static void check_shapes(const reading *c)
              !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
         kmp_reader_complain(c->r, c->map->place,
                             "%s: the axis of the first cylinder does not stay parallel to the axis of the %s", c->what,
-                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z" : "second one");
+                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
+                            : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
+                                                            : "second one");
     if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
         kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
                             touch->radius[0].value, touch->radius[1].value);
@@ -251,6 +289,8 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         refuse_key(&c, map, k ? "upper" : "lower", firsts[kind]);
     for (int k = 0; k < 3 && kind < 2; k++)
         refuse_key(&c, map, (const char *const[]){"on", "radius", "axis"}[k], firsts[kind]);
+    if (kind < 6)
+        refuse_key(&c, map, "normal", firsts[kind]);
     if (kind == 0)
         read_stop(&c);
     if (kind == 1)
@@ -259,13 +299,13 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         return touch->motion >= 0 || touch->gap;
     const kmp_yaml *on = kmp_read_required(r, map, what, "on");
     kmp_touch_side *side = &c.touch->side[0];
-    bool rolls = kind == 4, outline = kind == 5;
+    bool rolls = kind == 4, outline = kind == 5, face = kind == 6;
     const kmp_yaml *at = outline ? kmp_read_required(r, map, what, "at") : kmp_yaml_get(c.map, firsts[kind]);
     if (!outline)
         refuse_key(&c, map, "at", firsts[kind]);
-    side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
+    side->shape = rolls ? KMP_TOUCH_CYLINDER : face ? KMP_TOUCH_FACE : KMP_TOUCH_SPHERE;
     side->point = at ? kmp_read_point(c.r, at, c.what) : -1;
-    if (kind > 2 && !outline)
+    if (kind > 2 && !outline && !face)
         read_radius(&c, c.map, 0);
     else
         refuse_key(&c, c.map, "radius", firsts[kind]);
@@ -273,6 +313,11 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         side->axis = read_letter(&c, c.map, false);
     else
         refuse_key(&c, c.map, "axis", firsts[kind]);
+    if (face) {
+        const int letter = read_letter(&c, c.map, true);
+        side->axis = letter % 3;
+        side->against = letter >= 3;
+    }
     bool good = side->point >= 0;
     good = on && read_second(&c, on) && good;
     if (good)
@@ -428,10 +473,38 @@ int kmp_contacts_count(const kmp_reader *r)
     return count;
 }
 
+/* A point, a disc or a face touches a cam or a whole circle as one surface, all else in pairs. */
+static bool has_pairs(const kmp_reader *r, const kmp_yaml *map)
+{
+    const kmp_outline *outline[2];
+    kmp_outline_contact_outlines(r, map, outline);
+    return kmp_yaml_get(map, "outline") ||
+           (kmp_yaml_get(kmp_yaml_get(map, "on"), "outline") && !(outline[1] && kmp_outline_is_smooth(outline[1])));
+}
+
+static bool check_pieces(kmp_reader *r, const kmp_section *s)
+{
+    const kmp_outline *outline[2];
+    const kmp_yaml *face = kmp_yaml_get(s->node, "flat");
+    kmp_outline_contact_outlines(r, s->node, outline);
+    for (int k = 0; k < 2; k++)
+        if (outline[k] && outline[k]->cam)
+            return kmp_reader_complain(
+                r, s->node->place,
+                "%s: the outline '%s' is a cam, which points, spheres, cylinders and flat faces touch", s->what,
+                outline[k]->name);
+    return !face ||
+           kmp_reader_complain(r, face->place,
+                               "%s: a flat face touches an outline that is a cam; write the face as a 'segment' here",
+                               s->what);
+}
+
 /* Each pair of a circle and a piece is a separate contact: NAME.1, NAME.2, .. */
 static void read_pairs(kmp_reader *r, const kmp_section *s)
 {
     kmp_outline_pair *pairs;
+    if (!check_pieces(r, s))
+        return;
     if (kmp_contact_keeps_rate(s->node)) {
         kmp_reader_complain(r, s->node->place,
                             "%s: laws with 'impact' keep one rate, and an outline has many pieces: take another law",
@@ -477,7 +550,7 @@ void kmp_read_contacts(kmp_reader *r)
     while (kmp_section_next(&s)) {
         bool law = kmp_yaml_get(s.node, "law") || kmp_yaml_get(s.node, "force");
         check_name(r, s.key->place, s.name, law && is_of_joint(s.node));
-        if (kmp_yaml_get(s.node, "outline") || kmp_yaml_get(kmp_yaml_get(s.node, "on"), "outline"))
+        if (has_pairs(r, s.node))
             read_pairs(r, &s);
         else
             read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));

@@ -2,6 +2,7 @@
 /* Outlines: their shapes become edges counter-clockwise about the solid, and these become pieces. */
 #include "model/read/read_outlines.h"
 #include "model/data/model.h"
+#include "model/read/read_cams.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -232,6 +233,17 @@ static bool read_path(reading *c)
     return close_path(c, first, before);
 }
 
+/* Cams are curves, without edges. */
+#define CAM(shape)                                                                                                     \
+    static bool read_##shape(reading *c)                                                                               \
+    {                                                                                                                  \
+        return kmp_read_cam_##shape(c->r, c->map, c->node, c->what, c->outline);                                       \
+    }
+
+CAM(polar)
+CAM(points)
+CAM(law)
+
 /* -- an outline ---------------------------------------------------------------------------------------- */
 
 static bool has_word(const char *words, const char *word)
@@ -246,9 +258,9 @@ static bool has_word(const char *words, const char *word)
 /* Keys that another shape has. */
 static bool check_keys(const reading *c)
 {
-    static const char *const keys[] = {"width", "at", "closed", "round", "hollow", "copies"};
+    static const char *const keys[] = {"width", "at", "closed", "round", "hollow", "copies", "base", "follower"};
     const int shape = (int)c->outline->shape;
-    for (int k = 0; k < 6; k++)
+    for (int k = 0; k < 8; k++)
         if (kmp_yaml_get(c->map, keys[k]) && !has_word(kmp_outline_more[shape], keys[k]))
             return kmp_reader_complain(c->r, kmp_yaml_get(c->map, keys[k])->place,
                                        "%s: the key '%s' does not belong to a '%s'", c->what, keys[k],
@@ -308,6 +320,8 @@ static void read_outline(reading *c, int shape)
     c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
     c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
     if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c))
+        return;
+    if (c->outline->cam)
         return;
     if (c->outline->hollow)
         reverse(c);

@@ -96,6 +96,12 @@ static void read_about(kmp_reader *r, const kmp_yaml *node, const kmp_output_row
  * joint. */
 static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const char *name)
 {
+    const int found = kmp_name_find(KMP_NAMED(r->model, closure), name);
+    const bool on_cam = found >= 0 && r->model->closures[found].cam;
+    if (kind == KMP_OUTPUT_FORCE && on_cam)
+        return KMP_OUTPUT_CAM_FORCE;
+    if (kind == KMP_OUTPUT_PRESSURE_ANGLE || kind == KMP_OUTPUT_CURVATURE)
+        return on_cam ? kind : KMP_OUTPUT_TOUCH_PRESSURE_ANGLE + (kind - KMP_OUTPUT_PRESSURE_ANGLE);
     if (kind <= KMP_OUTPUT_QDD && kmp_cut_coordinate_find(r->model, name) >= 0)
         return KMP_OUTPUT_CUT_Q + kind - KMP_OUTPUT_Q;
     if (kind == KMP_OUTPUT_CONTACT && kmp_name_find(KMP_NAMED(r->model, tyre), name) >= 0)
@@ -146,6 +152,31 @@ static void check_flexible_output(kmp_reader *r, const kmp_yaml *node, const kmp
         kmp_reader_complain(r, node->place, "output %s: body '%s' %s", row->word, body->name, obstacle);
 }
 
+/* Outputs that only followers on cams have. */
+static bool check_cam_output(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, int found)
+{
+    const kmp_output_kind kind = (kmp_output_kind)(row - kmp_output_rows);
+    const kempe_model *model = r->model;
+    const bool touches = kind == KMP_OUTPUT_TOUCH_PRESSURE_ANGLE || kind == KMP_OUTPUT_TOUCH_CURVATURE;
+    const bool follows =
+        kind == KMP_OUTPUT_CAM_FORCE || kind == KMP_OUTPUT_PRESSURE_ANGLE || kind == KMP_OUTPUT_CURVATURE;
+    if (!touches && !follows)
+        return true;
+    const struct kmp_cam_follower *cam = touches ? model->forces[found].touch.side[1].cam : model->closures[found].cam;
+    const int point = touches ? model->forces[found].touch.side[0].point : model->closures[found].point[1];
+    if (!cam)
+        return kmp_reader_complain(r, node->place, "output %s: '%s' is not a follower on a cam", row->word,
+                                   touches ? model->forces[found].name : model->closures[found].name);
+    const kmp_body *body = &model->bodies[model->points[point].body];
+    if ((kind == KMP_OUTPUT_PRESSURE_ANGLE || kind == KMP_OUTPUT_TOUCH_PRESSURE_ANGLE) && body->motion_count != 1)
+        return kmp_reader_complain(
+            r, node->place,
+            "output %s: body '%s' has %d coordinates: the direction of a follower is known where "
+            "its body has one",
+            row->word, body->name, body->motion_count);
+    return true;
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -173,6 +204,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     const bool least = row == &kmp_output_rows[KMP_OUTPUT_OUTLINE_GAP] && found >= 0;
     if (least && r->model->forces[r->model->outline_contacts[found].first].kind != KMP_FORCE_TOUCH)
         kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);
+    if (found >= 0 && !check_cam_output(r, node, row, found))
+        return -1;
     bool gap = row == &kmp_output_rows[KMP_OUTPUT_GAP];
     if (gap && found >= 0 && r->model->forces[found].kind != KMP_FORCE_TOUCH)
         kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);

@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
+#include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
@@ -358,6 +359,8 @@ void kempe_model_free(kempe_model *model)
         kmp_profile_free(&model->profiles[k]);
     for (int k = 0; k < model->track_count; k++)
         kmp_track_free(&model->tracks[k]);
+    for (int k = 0; k < model->outline_count; k++)
+        kmp_cam_free(model->outlines[k].cam);
     kmp_builder_free(model->builder);
     kmp_arena_free(&model->arena);
     kmp_free(model);

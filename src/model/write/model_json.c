@@ -5,6 +5,7 @@
 #include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/bushing_matrix.h"
+#include "model/data/cam.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
@@ -12,6 +13,7 @@
 #include "model/data/gear.h"
 #include "model/data/joint_table.h"
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "model/data/output_table.h"
 #include "model/data/rope.h"
 #include "model/data/run_settings.h"
@@ -292,6 +294,15 @@ static void put_closure(kmp_json *json, const kempe_model *model, const kmp_clos
     }
     if (closure->gear)
         put_gear(json, model, closure->gear);
+    if (closure->cam) {
+        if (closure->cam->form == KMP_FOLLOWER_ROLLER)
+            kmp_json_number(json, "roller", closure->cam->radius);
+        else if (closure->cam->form == KMP_FOLLOWER_KNIFE)
+            kmp_json_string(json, "knife", "yes");
+        else
+            kmp_json_numbers(json, "flat", 3, closure->axis[1]);
+        kmp_json_string(json, "outline", closure->cam->outline->name);
+    }
     if (closure->term_count > 0) {
         kmp_json_object(json, "terms");
         for (int k = 0; k < closure->term_count; k++)

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/text.h"
 #include "model/data/body.h"
+#include "model/data/cam.h"
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
@@ -88,7 +89,7 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
 
 /* Pairs of surfaces in contact, as text and as JSON. */
 
-static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile", "outline"};
+static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile", "outline", "cam", "flat"};
 
 /* Of a plane with the sign of its normal. */
 static const char *axis_of(const kmp_touch_side *side)
@@ -114,14 +115,14 @@ static void show_side(kmp_text *text, const kempe_model *model, const kmp_contac
     const kmp_touch_side *side = &pair->side[k];
     kmp_text_printf(text, "%s%s ", side->hollow && !side->piece ? "inside " : "",
                     side->shape == KMP_TOUCH_SPHERE && !(pair->radius[k].value > 0) ? "point" : shapes[side->shape]);
-    if (side->table)
-        kmp_text_printf(text, "%s at ", side->table->name);
+    if (side->table || side->cam)
+        kmp_text_printf(text, "%s at ", side->table ? side->table->name : side->cam->outline->name);
     if (side->piece)
         show_piece(text, side->piece);
     kmp_model_put_point(text, model, side->point);
     if (side->off)
         kmp_text_printf(text, " (%.6g, %.6g)", side->at[0], side->at[1]);
-    if (side->shape == KMP_TOUCH_CYLINDER || side->shape == KMP_TOUCH_PLANE)
+    if (side->shape == KMP_TOUCH_CYLINDER || side->shape == KMP_TOUCH_PLANE || side->shape == KMP_TOUCH_FACE)
         kmp_text_printf(text, " %s", axis_of(side));
 }
 
@@ -159,6 +160,8 @@ static void json_side(kmp_json *json, const kempe_model *model, const kmp_contac
             kmp_json_put(json, "centre [ %.17g %.17g ] radius %.17g", piece->centre[0], piece->centre[1],
                          piece->radius);
     }
+    if (side->cam)
+        kmp_json_string(json, "outline", side->cam->outline->name);
 }
 
 void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair)

@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "base/wings.h"
 #include "model/data/body.h"
+#include "model/data/cam.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
@@ -13,6 +14,7 @@
 #include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/outline.h"
 #include "model/data/output_table.h"
 #include "model/data/parameter.h"
 #include "model/data/rope.h"
@@ -305,6 +307,14 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
     if (kmp_closure_has_axes(closure)) {
         put_axis(text, ", axes ", closure->axis[0]);
         put_axis(text, " and ", closure->axis[1]);
+    }
+    if (closure->cam) {
+        kmp_text_put(text, closure->cam->form == KMP_FOLLOWER_KNIFE ? ", knife" : "");
+        if (closure->cam->form == KMP_FOLLOWER_ROLLER)
+            put_number(text, ", roller ", closure->cam->radius);
+        if (closure->cam->form == KMP_FOLLOWER_FLAT)
+            put_axis(text, ", flat ", closure->axis[1]);
+        kmp_text_printf(text, ", on %s", closure->cam->outline->name);
     }
     if (closure->table)
         kmp_text_printf(text, ", table %s", closure->table->name);

@@ -173,6 +173,10 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
     const kmp_output_argument argument = kmp_output_rows[kind].argument;
     if (argument == KMP_OUTPUT_OF_JOINT || argument == KMP_OUTPUT_OF_BEARING)
         return false;
+    if (kind == KMP_OUTPUT_CAM_FORCE || kind == KMP_OUTPUT_PRESSURE_ANGLE || kind == KMP_OUTPUT_CURVATURE)
+        return model->closures[index].cam;
+    if (kind == KMP_OUTPUT_TOUCH_PRESSURE_ANGLE || kind == KMP_OUTPUT_TOUCH_CURVATURE)
+        return model->forces[index].touch.side[1].cam;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
     if (kind == KMP_OUTPUT_SECTION || kind == KMP_OUTPUT_STRESS)
@@ -220,6 +224,11 @@ static kempe_status list_all(kmp_output_program *o, int most)
                                                             KMP_OUTPUT_GAP,
                                                             KMP_OUTPUT_OUTLINE_FORCE,
                                                             KMP_OUTPUT_OUTLINE_GAP,
+                                                            KMP_OUTPUT_CAM_FORCE,
+                                                            KMP_OUTPUT_PRESSURE_ANGLE,
+                                                            KMP_OUTPUT_CURVATURE,
+                                                            KMP_OUTPUT_TOUCH_PRESSURE_ANGLE,
+                                                            KMP_OUTPUT_TOUCH_CURVATURE,
                                                             KMP_OUTPUT_TENSION,
                                                             KMP_OUTPUT_ROPE_LENGTH,
                                                             KMP_OUTPUT_WRAP,

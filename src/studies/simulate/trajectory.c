@@ -20,6 +20,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "studies/simulate/flexible_doubts.h"
+#include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
@@ -752,6 +753,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
+    kmp_warn_of_lift_off(t->system, &t->table);
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
     status = status == KEMPE_OK ? doubted : status;
     if (t->table.rows > 0)

@@ -1,0 +1,305 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A base curve c(u), with u counter-clockwise, has the unit normal n outwards and the curvature k, positive where it is
+ * convex. Profile and path of a roller are parallel to it: c + d n. They have no cusp where 1 + d k > 0. */
+#include "model/data/cam.h"
+#include "base/memory.h"
+#include "model/data/outline.h"
+#include <math.h>
+#include <string.h>
+
+#define PI   3.14159265358979323846
+#define TURN 6.28318530717958647692
+
+/* Places round a cam: the spline between them differs from the path by the fourth power of their distance. */
+enum { PLACES = 2048 };
+
+const char *const kmp_cam_law_words[KMP_CAM_LAWS] = {
+#define KMP_CAM_LAW(kind, word, ...) #word,
+#include "model/data/cam_laws.def"
+#undef KMP_CAM_LAW
+};
+
+/* -- laws ------------------------------------------------------------------------------------------------ */
+
+/* The modified sine with k = 1/(4 + pi); the modified trapezoid with the largest acceleration a = 8 pi/(2 + pi). */
+#define MS_K 0.14002478837788934
+#define MT_A 4.88812376281325855
+#define MT_W 12.5663706143591730 /* 4 pi */
+/* Of the trapezoid: its rate and place at 1/8, at 3/8 and at 5/8. */
+#define MT_V1 (MT_A / MT_W)
+#define MT_S1 (MT_A * (0.125 / MT_W - 1 / (MT_W * MT_W)))
+#define MT_V2 (MT_V1 + MT_A / 4)
+#define MT_S2 (MT_S1 + MT_V1 / 4 + MT_A / 32)
+#define MT_S3 (1 - MT_S2)
+#define MT_S4 (1 - MT_S1)
+
+static const kmp_cam_piece linear[] = {{.to = 1, .power = {0, 1}}};
+static const kmp_cam_piece harmonic[] = {{.to = 1, .power = {0.5}, .size = -0.5, .rate = PI, .phase = PI / 2}};
+static const kmp_cam_piece cycloidal[] = {{.to = 1, .power = {0, 1}, .size = -1 / TURN, .rate = TURN}};
+static const kmp_cam_piece polynomial_345[] = {{.to = 1, .power = {0, 0, 0, 10, -15, 6}}};
+static const kmp_cam_piece polynomial_4567[] = {{.to = 1, .power = {0, 0, 0, 0, 35, -84, 70, -20}}};
+static const kmp_cam_piece modified_sine[] = {
+    {0, 0.125, {0, MS_K *PI}, -MS_K / 4, MT_W, 0},
+    {0.125, 0.875, {MS_K * (2 + PI / 8), MS_K *PI}, -9 * MS_K / 4, MT_W / 3, PI / 3},
+    {0.875, 1, {MS_K * (4 + 7 * PI / 8), MS_K *PI}, -MS_K / 4, MT_W, 0}};
+static const kmp_cam_piece modified_trapezoid[] = {
+    {0, 0.125, {0, MT_V1}, -MT_A / (MT_W * MT_W), MT_W, 0},
+    {0.125, 0.375, {MT_S1, MT_V1, MT_A / 2}, 0, 0, 0},
+    /* a cos(4 pi (x - 3/8)) = -a sin(4 pi x - pi) */
+    {0.375, 0.625, {MT_S2 + MT_A / (MT_W * MT_W), MT_V2}, MT_A / (MT_W * MT_W), MT_W, 0},
+    {0.625, 0.875, {MT_S3, MT_V2, -MT_A / 2}, 0, 0, 0},
+    {0.875, 1, {1 - 0.125 * MT_V1, MT_V1}, -MT_A / (MT_W * MT_W), MT_W, 0}};
+
+const kmp_cam_piece *kmp_cam_pieces(kmp_cam_law_kind law, int *count)
+{
+    static const struct {
+        const kmp_cam_piece *pieces;
+        int count;
+    } laws[KMP_CAM_LAWS] = {
+#define KMP_CAM_LAW(kind, word, ...) {word, (int)(sizeof word / sizeof *word)},
+#include "model/data/cam_laws.def"
+#undef KMP_CAM_LAW
+    };
+    *count = laws[law].count;
+    return laws[law].pieces;
+}
+
+double kmp_cam_piece_value(const kmp_cam_piece *piece, int derivative, double x)
+{
+    const double angle = piece->rate * x + piece->phase + derivative * PI / 2;
+    double value = 0;
+    for (int i = 7; i >= derivative; i--) {
+        double factor = 1;
+        for (int k = 0; k < derivative; k++)
+            factor *= i - k;
+        value = value * (x - piece->from) + factor * piece->power[i];
+    }
+    return piece->size != 0 ? value + piece->size * pow(piece->rate, derivative) * sin(angle) : value;
+}
+
+double kmp_cam_law_value(kmp_cam_law_kind law, int derivative, double x)
+{
+    int count;
+    const kmp_cam_piece *pieces = kmp_cam_pieces(law, &count);
+    if (x < 0 || x > 1)
+        return derivative == 0 && x > 1 ? 1 : 0;
+    int k = 0;
+    while (k + 1 < count && x >= pieces[k].to)
+        k++;
+    return kmp_cam_piece_value(&pieces[k], derivative, x);
+}
+
+void kmp_cam_free(kmp_cam *cam)
+{
+    for (int i = 0; cam && i < 2; i++)
+        kmp_table_free(cam->place[i]);
+}
+
+/* From 0 to less than a turn. */
+static double within_turn(double angle)
+{
+    const double rest = angle - TURN * floor(angle / TURN);
+    return rest < TURN ? rest : 0;
+}
+
+double kmp_cam_lift(const kmp_cam *cam, int derivative, double angle)
+{
+    double lift = 0;
+    angle = within_turn(angle);
+    for (int k = 0; k < cam->part_count; k++) {
+        const kmp_cam_part *part = &cam->parts[k];
+        const double width = part->to - part->from;
+        if (angle >= part->from && angle < part->to)
+            lift += part->rise * kmp_cam_law_value(part->law, derivative, (angle - part->from) / width) /
+                    pow(width, derivative);
+        else if (angle >= part->to && derivative == 0)
+            lift += part->rise;
+    }
+    return lift;
+}
+
+/* -- base curves ------------------------------------------------------------------------------------------- */
+
+/* A place of the base curve. */
+typedef struct curve_place {
+    double c[2], n[2], k;
+} curve_place;
+
+/* From c and its first two derivatives. */
+static curve_place place_by(const double c[3][2])
+{
+    const double size = hypot(c[1][0], c[1][1]);
+    return (curve_place){.c = {c[0][0], c[0][1]},
+                         .n = {c[1][1] / size, -c[1][0] / size},
+                         .k = (c[1][0] * c[2][1] - c[1][1] * c[2][0]) / (size * size * size)};
+}
+
+/* From a radius and its derivatives by the polar angle. */
+static curve_place polar_place(double angle, const double r[3])
+{
+    const double e[2] = {cos(angle), sin(angle)};
+    const double c[3][2] = {{r[0] * e[0], r[0] * e[1]},
+                            {r[1] * e[0] - r[0] * e[1], r[1] * e[1] + r[0] * e[0]},
+                            {(r[2] - r[0]) * e[0] - 2 * r[1] * e[1], (r[2] - r[0]) * e[1] + 2 * r[1] * e[0]}};
+    return place_by(c);
+}
+
+/* From a support function h and its derivatives by the angle of the normal. */
+static curve_place support_place(double angle, const double h[3])
+{
+    const double e[2] = {cos(angle), sin(angle)};
+    return (curve_place){
+        .c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]}, .n = {e[0], e[1]}, .k = 1 / (h[0] + h[2])};
+}
+
+/* At a part of the whole from 0 to 1, which may be outside. */
+static curve_place place_at(const kmp_cam *cam, double part)
+{
+    double r[3], c[3][2];
+    if (cam->place[0]) {
+        const kmp_table *x = cam->place[0];
+        const double length = x->x[x->count - 1] - x->x[0];
+        for (int d = 0; d < 3; d++)
+            for (int i = 0; i < 2; i++)
+                c[d][i] = kmp_table_value(cam->place[i], d, x->x[0] + (part - floor(part)) * length);
+        return place_by((const double(*)[2])c);
+    }
+    const double angle = TURN * part;
+    for (int d = 0; d < 3; d++)
+        if (cam->table)
+            r[d] = kmp_table_value(cam->table, d, cam->table->x[0] + within_turn(angle - cam->table->x[0]));
+        else
+            r[d] = (d == 0 ? cam->base : 0) + (d == 1 ? -1 : 1) * kmp_cam_lift(cam, d, -angle);
+    return cam->parts && cam->form == KMP_FOLLOWER_FLAT ? support_place(angle, r) : polar_place(angle, r);
+}
+
+/* The distance of the profile inside the base curve. */
+static double inset_of(const kmp_cam *cam)
+{
+    return cam->parts && cam->form == KMP_FOLLOWER_ROLLER ? cam->radius : 0;
+}
+
+void kmp_outline_place(const kmp_outline *outline, int k, int count, double place[2])
+{
+    const kmp_cam *cam = outline->cam;
+    if (!cam) {
+        const kmp_piece *circle = &outline->pieces[0];
+        place[0] = circle->centre[0] + circle->radius * cos(TURN * k / count);
+        place[1] = circle->centre[1] + circle->radius * sin(TURN * k / count);
+        return;
+    }
+    const curve_place at = place_at(cam, (double)k / count);
+    for (int i = 0; i < 2; i++)
+        place[i] = at.c[i] - inset_of(cam) * at.n[i];
+}
+
+/* -- paths -------------------------------------------------------------------------------------------------- */
+
+bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    return cam->parts && cam->form == follower->form &&
+           (follower->form != KMP_FOLLOWER_ROLLER || cam->radius == follower->radius);
+}
+
+/* A place of the path: its angle and its distance. */
+static void path_place(const kmp_cam *cam, const kmp_cam_follower *follower, double part, double *angle, double *size)
+{
+    const curve_place at = place_at(cam, part);
+    const double d = follower->radius - inset_of(cam);
+    if (follower->form == KMP_FOLLOWER_FLAT) {
+        *angle = atan2(at.n[1], at.n[0]);
+        *size = at.c[0] * at.n[0] + at.c[1] * at.n[1] + d;
+        return;
+    }
+    const double p[2] = {at.c[0] + d * at.n[0], at.c[1] + d * at.n[1]};
+    *angle = atan2(p[1], p[0]);
+    *size = hypot(p[0], p[1]);
+}
+
+/* The angle less a turn or more, so that it is less than half a turn from another one. */
+static double near_to(double angle, double other)
+{
+    return angle - TURN * floor((angle - other + PI) / TURN);
+}
+
+kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    const double inset = inset_of(cam), d = follower->radius - inset;
+    double before = 0, angle, size;
+    for (int k = 0; k <= PLACES; k++) {
+        const curve_place at = place_at(cam, (double)k / PLACES);
+        kmp_cam_check found = {KMP_CAM_GOOD, within_turn(atan2(at.c[1], at.c[0])), at.k / (1 - inset * at.k)};
+        path_place(cam, follower, (double)k / PLACES, &angle, &size);
+        if (!(isfinite(at.k) && 1 - inset * at.k > 0) || (cam->parts && cam->form == KMP_FOLLOWER_FLAT && at.k <= 0))
+            found.fault = KMP_CAM_UNDERCUT;
+        else if (follower->form == KMP_FOLLOWER_FLAT && !(at.k > 0))
+            found.fault = KMP_CAM_NOT_FLAT;
+        else if (!(1 + d * at.k > 0))
+            found.fault = KMP_CAM_HOLLOW;
+        else if (k > 0 && !(near_to(angle, before) > before))
+            found.fault = KMP_CAM_NOT_ROUND;
+        if (found.fault)
+            return found;
+        before = angle;
+    }
+    return (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
+}
+
+bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place)
+{
+    *place = (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
+    for (int k = 0; k < PLACES; k++) {
+        const curve_place at = place_at(cam, (double)k / PLACES);
+        const double curvature = at.k / (1 - inset_of(cam) * at.k);
+        if (curvature < place->curvature)
+            *place = (kmp_cam_check){KMP_CAM_HOLLOW, within_turn(atan2(at.c[1], at.c[0])), curvature};
+    }
+    return place->curvature < 0;
+}
+
+/* The part of the whole at which the angle is half a turn. */
+static double part_behind(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    double angle, size, low = 0;
+    path_place(cam, follower, 0, &angle, &size);
+    const double first = angle;
+    double step = 1.0 / PLACES;
+    /* the last place before it, then halves of the distance */
+    while (low + step < 1) {
+        path_place(cam, follower, low + step, &angle, &size);
+        if (first + within_turn(angle - first) >= PI)
+            break;
+        low += step;
+    }
+    for (int k = 0; k < 60; k++) {
+        step /= 2;
+        path_place(cam, follower, low + step, &angle, &size);
+        if (near_to(angle, PI) < PI)
+            low += step;
+    }
+    return low;
+}
+
+kmp_table *kmp_cam_path(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    double *x = KMP_NEW(double, 2 * (PLACES + 1)), angle;
+    if (!x)
+        return NULL;
+    double *y = x + PLACES + 1;
+    const double begin = part_behind(cam, follower);
+    bool good = true;
+    for (int k = 0; k <= PLACES; k++) {
+        path_place(cam, follower, begin + (double)k / PLACES, &angle, &y[k]);
+        x[k] = k == 0 ? -PI : k == PLACES ? PI : near_to(angle, x[k - 1]);
+        good = good && (k == 0 || x[k] > x[k - 1]);
+    }
+    y[PLACES] = y[0];
+    kmp_table *made = good ? kmp_table_new(KMP_TABLE_PERIODIC, PLACES + 1, x, y) : NULL;
+    kmp_free(x);
+    return made;
+}
+
+bool kmp_outline_is_smooth(const kmp_outline *outline)
+{
+    return outline->cam || (outline->shape == KMP_OUTLINE_CIRCLE && !outline->hollow && outline->copies == 1);
+}

@@ -1,0 +1,286 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outlines that are cams, and ideal followers on them. */
+#include "model/read/read_cams.h"
+#include "model/data/angle_sum.h"
+#include "model/data/cam.h"
+#include "model/data/model.h"
+#include "model/data/pose.h"
+#include "model/read/read_include.h"
+#include "model/read/read_outlines.h"
+#include "model/read/read_values.h"
+#include "model/read/reader.h"
+#include <math.h>
+#include <string.h>
+
+#define TURN   6.28318530717958647692
+#define DEGREE (TURN / 360)
+/* Written angles and lifts have nine digits. */
+#define ROUNDING 1e-9
+
+static const kmp_key part_keys[] = {
+#include "model/keys/cam_part_keys.def"
+    {0}};
+static const kmp_key follower_keys[] = {
+#include "model/keys/cam_follower_keys.def"
+    {0}};
+static const kmp_key place_keys[] = {
+#include "model/keys/cam_place_keys.def"
+    {0}};
+
+static const char *const forms[] = {"roller", "knife", "flat"};
+
+static kmp_cam *new_cam(kmp_reader *r, kmp_outline *outline)
+{
+    kmp_cam *cam = KMP_ARENA_NEW(&r->model->arena, kmp_cam, 1);
+    if (cam)
+        *cam = (kmp_cam){.outline = outline};
+    outline->closed = true;
+    outline->cam = cam;
+    return cam;
+}
+
+/* -- tables and places ----------------------------------------------------------------------------------- */
+
+bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what,
+                        kmp_outline *outline)
+{
+    const int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
+    kmp_cam *cam = found < 0 ? NULL : new_cam(r, outline);
+    const kmp_named_table *table = found < 0 ? NULL : &r->model->tables[found];
+    (void)map;
+    if (!cam || !table->table)
+        return false;
+    const kmp_table *t = table->table;
+    const double range = t->x[t->count - 1] - t->x[0];
+    if (t->method != KMP_TABLE_PERIODIC || table->rise != 0)
+        return kmp_reader_complain(r, node->place,
+                                   "%s: the table '%s' must be a spline with 'periodic: yes': the profile has the same "
+                                   "radius and slope at both ends",
+                                   what, node->text);
+    if (fabs(range - TURN) > ROUNDING * TURN)
+        return kmp_reader_complain(r, node->place, "%s: the table '%s' covers %.9g deg: a cam has one turn, 360 deg",
+                                   what, node->text, range / DEGREE);
+    for (int k = 0; k < t->count; k++)
+        if (!(t->y[k] > 0))
+            return kmp_reader_complain(r, node->place, "%s: the radius is %.6g m at %.6g deg: it must be positive",
+                                       what, t->y[k], t->x[k] / DEGREE);
+    cam->table = table->table;
+    return true;
+}
+
+bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what,
+                         kmp_outline *outline)
+{
+    const char *of = kmp_reader_say(r, "%s: points", what);
+    (void)map;
+    if (!kmp_read_list(r, node, of, -1))
+        return false;
+    const int count = node->count;
+    if (count < 4)
+        return kmp_reader_complain(r, node->place, "%s: a closed spline needs four places or more, not %d", what,
+                                   count);
+    double *at = KMP_ARENA_NEW(&r->scratch, double, 3 * (count + 1)), area = 0;
+    kmp_cam *cam = at ? new_cam(r, outline) : NULL;
+    if (!cam)
+        return false;
+    double *length = at, *place[2] = {at + count + 1, at + 2 * (count + 1)};
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < 2; i++)
+            if (!kmp_read_list(r, node->items[k], of, 2) ||
+                !kmp_read_fixed(r, node->items[k]->items[i], of, KMP_DIM_LENGTH, &place[i][k]))
+                return false;
+    length[0] = 0;
+    for (int k = 1; k <= count; k++) {
+        for (int i = 0; i < 2 && k == count; i++)
+            place[i][k] = place[i][0];
+        const double step = hypot(place[0][k] - place[0][k - 1], place[1][k] - place[1][k - 1]);
+        if (!(step > 0))
+            return kmp_reader_complain(r, node->items[k % count]->place, "%s: place %d is the same as place %d%s", what,
+                                       k % count + 1, k, k == count ? ": the spline closes itself" : "");
+        length[k] = length[k - 1] + step;
+        area += place[0][k - 1] * place[1][k] - place[0][k] * place[1][k - 1];
+    }
+    if (!(area > 0))
+        return kmp_reader_complain(r, node->place, "%s: the places go clockwise: write them counter-clockwise", what);
+    for (int i = 0; i < 2; i++) {
+        cam->place[i] = kmp_table_new(KMP_TABLE_PERIODIC, count + 1, length, place[i]);
+        r->scratch.failed = r->scratch.failed || !cam->place[i];
+    }
+    return cam->place[0] && cam->place[1];
+}
+
+/* -- laws -------------------------------------------------------------------------------------------------- */
+
+static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_cam_part *part)
+{
+    const char *of = kmp_reader_say(r, "%s: law", what);
+    if (!kmp_read_map(r, map, of, part_keys))
+        return false;
+    const kmp_yaml *to = kmp_read_required(r, map, of, "to"), *rise = kmp_yaml_get(map, "rise");
+    const kmp_yaml *by = rise ? kmp_read_required(r, map, of, "by") : kmp_yaml_get(map, "by");
+    if (!to || (rise && !by) || !kmp_read_fixed(r, to, of, KMP_DIM_NUMBER, &part->to) ||
+        (rise && !kmp_read_fixed(r, rise, of, KMP_DIM_LENGTH, &part->rise)))
+        return false;
+    if (!(part->to > part->from))
+        return kmp_reader_complain(r, to->place, "%s: this part ends at %.6g deg, where it begins at %.6g deg", what,
+                                   part->to / DEGREE, part->from / DEGREE);
+    if (!rise && by)
+        return kmp_reader_complain(r, by->place, "%s: a part without 'rise' is a dwell, which has no law", what);
+    const int law = by ? kmp_read_choice(r, by, what, KMP_NAMES_OF(kmp_cam_law_words), "by is", " or ") : 0;
+    part->law = law < 0 ? KMP_CAM_LINEAR : (kmp_cam_law_kind)law;
+    if (by && law == KMP_CAM_LINEAR)
+        return kmp_reader_complain(r, by->place,
+                                   "%s: 'linear' has corners at both ends, where the rate of the follower would jump: "
+                                   "a cam needs a smooth law, such as cycloidal",
+                                   what);
+    return law >= 0;
+}
+
+static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_cam *cam)
+{
+    double sum = 0, most = 0;
+    if (!kmp_read_list(r, node, kmp_reader_say(r, "%s: law", what), -1))
+        return false;
+    cam->parts = KMP_ARENA_NEW(&r->model->arena, kmp_cam_part, node->count + 1);
+    for (int k = 0; cam->parts && k < node->count; k++) {
+        kmp_cam_part *part = &cam->parts[cam->part_count++];
+        *part = (kmp_cam_part){.from = k > 0 ? part[-1].to : 0};
+        if (!read_part(r, node->items[k], what, part))
+            return false;
+        sum += part->rise;
+        most = fmax(most, fabs(part->rise));
+    }
+    if (!cam->parts)
+        return false;
+    const double end = cam->part_count > 0 ? cam->parts[cam->part_count - 1].to : 0;
+    if (fabs(end - TURN) > ROUNDING * TURN)
+        return kmp_reader_complain(r, node->place, "%s: the last part of the law ends at %.9g deg, not at 360 deg",
+                                   what, end / DEGREE);
+    cam->parts[cam->part_count - 1].to = TURN;
+    if (fabs(sum) > ROUNDING * most)
+        return kmp_reader_complain(r, node->place,
+                                   "%s: the sum of the rises is %.6g m: it must be zero, so that the profile is closed",
+                                   what, sum);
+    return true;
+}
+
+/* One of the keys roller, knife and flat. */
+static bool read_form(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_follower_form *form, double *radius)
+{
+    static const char *const words[] = {"yes"};
+    const int key = kmp_read_one_key(r, map, what, KMP_NAMES_OF(forms));
+    if (key < 0)
+        return false;
+    const kmp_yaml *node = kmp_yaml_get(map, forms[key]);
+    const char *of = kmp_reader_say(r, "%s: roller", what);
+    *form = (kmp_follower_form)key;
+    *radius = 0;
+    if (key == KMP_FOLLOWER_ROLLER)
+        return kmp_read_fixed(r, node, of, KMP_DIM_LENGTH, radius) &&
+               kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, *radius, "");
+    return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "knife is", "") == 0;
+}
+
+bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what, kmp_outline *outline)
+{
+    static const char *const words[] = {"yes"};
+    kmp_cam *cam = new_cam(r, outline);
+    const kmp_yaml *base = kmp_read_required(r, map, what, "base");
+    const kmp_yaml *follower = kmp_read_required(r, map, what, "follower");
+    const char *of = kmp_reader_say(r, "%s: base", what), *its = kmp_reader_say(r, "%s: follower", what);
+    double radius;
+    if (!cam || !base || !follower || !read_parts(r, node, what, cam) ||
+        !kmp_read_fixed(r, base, of, KMP_DIM_LENGTH, &radius) ||
+        !kmp_check_rule(r, base, of, KMP_FIELD_POSITIVE, radius, "") ||
+        !kmp_read_map(r, follower, its, follower_keys) || !read_form(r, follower, its, &cam->form, &cam->radius))
+        return false;
+    if (cam->form == KMP_FOLLOWER_FLAT &&
+        kmp_read_choice(r, kmp_yaml_get(follower, "flat"), its, KMP_NAMES_OF(words), "flat is", "") < 0)
+        return false;
+    cam->base = radius + cam->radius;
+    for (int k = 0; k < cam->part_count; k++)
+        if (!(cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from) > cam->radius))
+            return kmp_reader_complain(r, node->place, "%s: the lift at %.6g deg is below the centre of the cam", what,
+                                       cam->parts[k].from / DEGREE);
+    const kmp_cam_follower own = {outline, cam->form, cam->radius};
+    kmp_cam_check hollow;
+    if (!kmp_check_follower(r, map->place, what, &own))
+        return false;
+    if (kmp_cam_is_hollow(cam, &hollow))
+        kmp_reader_warn(
+            r, map->place,
+            "%s: the profile is hollow, with a least radius of %.4g m at the polar angle %.4g deg: a larger "
+            "base makes it convex",
+            what, -1 / hollow.curvature, hollow.angle / DEGREE);
+    return true;
+}
+
+/* -- followers --------------------------------------------------------------------------------------------- */
+
+bool kmp_check_follower(kmp_reader *r, kmp_place place, const char *what, const kmp_cam_follower *follower)
+{
+    const kmp_outline *outline = follower->outline;
+    if (!kmp_outline_is_smooth(outline))
+        return kmp_reader_complain(
+            r, place,
+            "%s: the outline '%s' is not a cam: a cam is smooth, a 'circle', 'polar', 'points' or "
+            "'law'",
+            what, outline->name);
+    if (!outline->cam) /* a circle */
+        return true;
+    const kmp_cam_check found = kmp_cam_find_fault(outline->cam, follower);
+    const double angle = found.angle / DEGREE, radius = fabs(1 / found.curvature);
+    switch (found.fault) {
+    case KMP_CAM_HOLLOW:
+        return kmp_reader_complain(
+            r, place,
+            "%s: the profile of '%s' is hollow with radius %.6g m at the polar angle %.6g deg: a "
+            "roller of radius %.6g m touches it at two places",
+            what, outline->name, radius, angle, follower->radius);
+    case KMP_CAM_UNDERCUT:
+        return kmp_reader_complain(r, place,
+                                   "%s: the profile of '%s' has a cusp at the polar angle %.6g deg (undercut): take a "
+                                   "larger base, a longer part%s",
+                                   what, outline->name, angle,
+                                   follower->form == KMP_FOLLOWER_ROLLER ? " or a smaller roller" : "");
+    case KMP_CAM_NOT_FLAT:
+        return kmp_reader_complain(r, place,
+                                   "%s: the profile of '%s' is hollow at the polar angle %.6g deg, radius %.6g m: a "
+                                   "flat face touches it at two places",
+                                   what, outline->name, angle, radius);
+    case KMP_CAM_NOT_ROUND:
+        return kmp_reader_complain(r, place,
+                                   "%s: the profile of '%s' turns back about the origin at the polar angle %.6g deg",
+                                   what, outline->name, angle);
+    case KMP_CAM_GOOD:
+        break;
+    }
+    return true;
+}
+
+void kmp_read_follower(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
+{
+    const kmp_yaml *on = kmp_read_required(r, map, what, "on");
+    kmp_cam_follower *follower = KMP_ARENA_NEW(&r->model->arena, kmp_cam_follower, 1);
+    const char *of = kmp_reader_say(r, "%s: on", what);
+    closure->point[1] = kmp_read_point(r, kmp_yaml_get(map, "follower"), what);
+    if (!on || !follower || !kmp_read_map(r, on, of, place_keys))
+        return;
+    const kmp_yaml *outline = kmp_read_required(r, on, of, "outline"), *at = kmp_read_required(r, on, of, "at");
+    closure->point[0] = at ? kmp_read_point(r, at, of) : -1;
+    follower->outline = outline ? kmp_read_outline_name(r, outline, of) : NULL;
+    if (!read_form(r, map, what, &follower->form, &follower->radius) || !follower->outline || closure->point[0] < 0 ||
+        closure->point[1] < 0 || r->wrong)
+        return;
+    closure->cam = follower;
+    if (follower->form == KMP_FOLLOWER_FLAT && !kmp_read_axis(r, kmp_yaml_get(map, "flat"), what, closure->axis[1]))
+        return;
+    if (r->model->points[closure->point[0]].body == r->model->points[closure->point[1]].body)
+        kmp_reader_complain(r, map->place, "%s: follower and cam are on the same body", what);
+    const kmp_measure_argument z = {.point = closure->point[0], .axis = 2};
+    const kmp_measure_argument face = {.point = closure->point[1], .along = closure->axis[1]};
+    if (follower->form == KMP_FOLLOWER_FLAT && !kmp_stays_across(r->model, &face, &z))
+        kmp_reader_complain(
+            r, map->place, "%s: the normal of the face does not stay in the plane of the cam, across its axis z", what);
+    (void)kmp_check_follower(r, map->place, what, follower);
+}

@@ -1,0 +1,650 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Cams: laws of motion, eccentric discs with each follower, forces, lift-off; closed forms, and digits by mpmath. */
+#include "model/data/cam.h"
+#include "model/data/model.h"
+#include "model/data/outline.h"
+#include "sensitivity_of.h"
+#include "ways.h"
+#include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/modes.h>
+#include <kempe/table.h>
+#include <math.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* The disc of radius R about a centre at the distance E from the shaft, and the roller. */
+static const double R = 0.03, E = 0.01, ROLLER = 0.008;
+
+static double number_of(const kempe_trajectory *run, const char *output, bool last)
+{
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, output, &table) == KEMPE_OK);
+    const double x = table ? kempe_table_number(table, last ? kempe_table_row_count(table) - 1 : 0, 1) : NAN;
+    kempe_table_free(table);
+    return x;
+}
+
+/* -- laws ------------------------------------------------------------------------------------------------ */
+
+static const struct {
+    kmp_cam_law_kind law;
+    double at[3], rate, acceleration; /* at 0.3; the largest ones */
+} laws[] = {
+    {KMP_CAM_HARMONIC, {.206107373853763, 1.27080092307881, 2.90060395646061}, 1.5707963267949, 4.93480220054468},
+    {KMP_CAM_CYCLOIDAL, {.148634654271869, 1.30901699437495, 5.97566432948311}, 2, 6.28318530717959},
+    {KMP_CAM_POLYNOMIAL_345, {.16308, 1.323, 5.04}, 1.875, 5.77350269189626},
+    {KMP_CAM_POLYNOMIAL_4567, {.126036, 1.29654, 7.4088}, 2.1875, 7.51318840439929},
+    {KMP_CAM_MODIFIED_SINE, {.177887762628721, 1.3229542069342, 4.10807269243602}, 1.75960338595377, 5.52795707054409},
+    {KMP_CAM_MODIFIED_TRAPEZOID, {.160590348672676, 1.24440618814066, 4.88812376281326}, 2, 4.88812376281326}};
+
+enum { LAWS = sizeof laws / sizeof *laws };
+
+/* C1: values and derivatives of the laws, their largest rates and accelerations. */
+static void laws_have_their_digits(void)
+{
+    for (int k = 0; k < LAWS; k++) {
+        double most[2] = {0};
+        for (int d = 0; d < 3; d++)
+            CHECK_NEAR(kmp_cam_law_value(laws[k].law, d, 0.3), laws[k].at[d], 2e-14);
+        for (int i = 0; i <= 40000; i++)
+            for (int d = 0; d < 2; d++)
+                most[d] = fmax(most[d], kmp_cam_law_value(laws[k].law, d + 1, i / 40000.0));
+        CHECK_NEAR(most[0], laws[k].rate, 1e-8);
+        CHECK_NEAR(most[1], laws[k].acceleration, 1e-7);
+        CHECK_NEAR(kmp_cam_law_value(laws[k].law, 0, 0), 0, 1e-15);
+        CHECK_NEAR(kmp_cam_law_value(laws[k].law, 0, 1), 1, 1e-15);
+    }
+}
+
+/* Each derivative is the slope of the one before it; lift and rate have no jumps, of most laws the acceleration too. */
+static void laws_are_smooth(void)
+{
+    for (int k = 0; k < LAWS; k++)
+        for (int i = 1; i < 1000; i++)
+            for (int d = 0; d < 3; d++) {
+                const double x = i / 1000.0 + 3e-4, h = 1e-5;
+                const double before = kmp_cam_law_value(laws[k].law, d, x - h);
+                const double after = kmp_cam_law_value(laws[k].law, d, x + h);
+                CHECK_NEAR(kmp_cam_law_value(laws[k].law, d + 1, x), (after - before) / (2 * h), 3e-6);
+                const double edge = i / 1000.0, low = kmp_cam_law_value(laws[k].law, d, edge - 1e-9);
+                CHECK_NEAR(kmp_cam_law_value(laws[k].law, d, edge), low, 1e-6);
+            }
+}
+
+/* A law in a model: the lift, its rate and its acceleration are those of the law, at angles all round. */
+#define LAW                                                                                                            \
+    "kempe: 1\noutlines:\n"                                                                                            \
+    "  disc: {law: [{to: 60 deg, rise: 10 mm, by: %s}, {to: 180 deg}, {to: 260 deg, rise: -10 mm, by: "                \
+    "polynomial_345}, {to: 360 deg}], base: %s, follower: {%s}}\n"                                                     \
+    "bodies:\n"                                                                                                        \
+    "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, 0]}}\n" \
+    "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"                 \
+    "loops: {cam: {follower: valve.foot, %s, on: {outline: disc, at: shaft.C}}}\n"                                     \
+    "drives: {motor: {joint: turn, angle: \"%.17g + 20*t\"}}\nstart: {q: {lift: 45 mm}}\n"                             \
+    "run: {output_step: 0.001}\n"
+
+static const struct {
+    const char *base, *law, *loop;
+} followers[] = {{"32 mm", "roller: 8 mm", "roller: 8 mm"},
+                 {"40 mm", "knife: yes", "knife: yes"},
+                 {"40 mm", "flat: yes", "flat: x"}};
+
+static void a_model_has_the_law(void)
+{
+    for (int k = 0; k < LAWS; k++)
+        for (int f = 0; f < 2; f++)
+            for (int i = 0; i < 12; i++) {
+                char model[2048];
+                const double angle = -0.2 + 0.5 * i + 0.07 * k;
+                (void)snprintf(model, sizeof model, LAW, kmp_cam_law_words[laws[k].law], followers[f].base,
+                               followers[f].law, followers[f].loop, angle);
+                loaded l = load_text(model);
+                kempe_trajectory *run = simulate(&l, &ways[(i + k) % 7], 0.001);
+                const double width[2] = {pi / 3, 80 * pi / 180};
+                const double turned = angle < 0 ? angle + 2 * pi : angle;
+                const double x[2] = {turned / width[0], (turned - pi) / width[1]};
+                for (int d = 0; d < 3; d++) {
+                    const double up = kmp_cam_law_value(laws[k].law, d, x[0]) / pow(width[0], d);
+                    const double down = kmp_cam_law_value(KMP_CAM_POLYNOMIAL_345, d, x[1]) / pow(width[1], d);
+                    const char *const words[] = {"q(lift)", "qd(lift)", "qdd(lift)"};
+                    CHECK_NEAR(number_of(run, words[d], false), (d == 0 ? 0.04 : 0) + 0.01 * (up - down) * pow(20, d),
+                               1e-12 * pow(20, d));
+                }
+                kempe_trajectory_free(run);
+                unload(&l);
+            }
+}
+
+/* C5: pressure angle, curvature of the path of the roller and the largest pressure angle. */
+static void a_law_has_its_pressure_angle(void)
+{
+    char model[2048];
+    (void)snprintf(model, sizeof model, LAW, "cycloidal", "32 mm", "roller: 8 mm", "roller: 8 mm", pi / 9);
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &ways[3], 0.001);
+    CHECK_NEAR(number_of(run, "q(lift)", false), 0.04 + 0.00195501109477885, 1e-16);
+    CHECK_NEAR(number_of(run, "qd(lift)", false), 20 * 0.0143239448782706, 1e-14);
+    CHECK_NEAR(number_of(run, "qdd(lift)", false), 19.8478402351845, 1e-12);
+    CHECK_NEAR(number_of(run, "pressure_angle(cam)", false), 0.329003661755199, 1e-14);
+    CHECK_NEAR(1 / number_of(run, "curvature(cam)", false) + 0.008, 0.981401613298435, 1e-12);
+    kempe_trajectory_free(run);
+    unload(&l);
+    double most = 0;
+    for (int i = 0; i <= 40; i++) { /* the largest one of the digits is of a list of angles: 60/1000 deg apart */
+        (void)snprintf(model, sizeof model, LAW, "cycloidal", "32 mm", "roller: 8 mm", "roller: 8 mm",
+                       pi / 3 * (440 + i) / 1000);
+        l = load_text(model);
+        run = simulate(&l, &ways[3], 1e-9);
+        most = fmax(most, number_of(run, "pressure_angle(cam)", false));
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    CHECK_NEAR(most, 0.40318608966062, 1e-13);
+}
+
+/* The least radius of a hollow profile: of the curvature (p^2 + 2 s'^2 - p s'')/(p^2 + s'^2)^1.5 of the path. */
+static void a_hollow_profile_is_found(void)
+{
+    for (int k = 0; k < 2; k++) {
+        char model[2048];
+        double least = 0;
+        kmp_cam_check place;
+        (void)snprintf(model, sizeof model, LAW, "cycloidal", k ? "32 mm" : "100 mm", "roller: 8 mm", "roller: 8 mm",
+                       0.0);
+        loaded l = load_text(model);
+        const kmp_cam *cam = l.model ? l.model->outlines[0].cam : NULL;
+        for (int i = 0; cam && i < 100000; i++) {
+            const double angle = 2 * pi * i / 100000, p = cam->base + kmp_cam_lift(cam, 0, angle);
+            const double slope = kmp_cam_lift(cam, 1, angle), bend = kmp_cam_lift(cam, 2, angle);
+            const double of_path = (p * p + 2 * slope * slope - p * bend) / pow(p * p + slope * slope, 1.5);
+            least = fmin(least, of_path / (1 - 0.008 * of_path));
+        }
+        CHECK(cam && kmp_cam_is_hollow(cam, &place) == (k == 1) && (least < 0) == (k == 1));
+        CHECK_NEAR(cam ? place.curvature : NAN, least, 1e-4);
+        unload(&l);
+    }
+}
+
+/* Other followers on the profile of a law: the law's own roller on the profile of a knife or a face, and back, gives
+ * the curvature that the profile has. */
+static void other_followers_share_the_profile(void)
+{
+    double curvature[3];
+    for (int f = 0; f < 3; f++) {
+        /* all by sampled paths, of the profile that a roller of 8 mm made */
+        static const char *const loop[] = {"roller: 8.001 mm", "knife: yes", "roller: 4 mm"};
+        char model[2048];
+        (void)snprintf(model, sizeof model, LAW, "cycloidal", "32 mm", "roller: 8 mm", loop[f], 0.0);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &ways[3], 0.001);
+        curvature[f] = number_of(run, "curvature(cam)", false);
+        static const double radius[] = {0.008001, 0, 0.004};
+        CHECK_NEAR(number_of(run, "q(lift)", false), 0.032 + radius[f], 1e-9);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    for (int f = 1; f < 3; f++)
+        CHECK_NEAR(curvature[f], curvature[0], 0.02 * curvature[0]);
+}
+
+/* -- an eccentric disc ------------------------------------------------------------------------------------- */
+
+#define MACHINE                                                                                                        \
+    "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {w: 100, stiffness: 4000}\n%s"                                      \
+    "ground: {points: {O: [0, 0, 0], G: [%s, 0, 0]}}\nbodies:\n"                                                       \
+    "  shaft: {joint: {name: turn, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, "     \
+    "0]}}\n"                                                                                                           \
+    "  valve: {joint: {name: lift, prismatic: y, at: ground.G}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"               \
+    "forces: {spring: {joint: lift, force: \"-60 - stiffness*(q(lift) - 0.038)\"}}\n"                                  \
+    "drives: {motor: {joint: turn, angle: \"40 deg + w*t\"}}\n%s\nstart: {q: {lift: %.17g}, qd: {lift: %.17g}}\n"      \
+    "run: {output_step: 0.001}\n"
+#define DISC "outlines: {disc: {circle: 30 mm, at: [10 mm, 0]}}\n"
+
+static const struct {
+    const char *offset, *follower, *contact;
+    double lift, slope, pressure;
+} discs[] = {{"0", "flat: y", "flat: valve.foot, normal: y", 0.0364278760968654, 0.00766044443118978, 0},
+             {"0", "roller: 8 mm", "cylinder: valve.foot, radius: 8 mm", 0.0436477308939579, 0.00898340466085883,
+              0.202981633722893},
+             {"4 mm", "roller: 8 mm", "cylinder: valve.foot, radius: 8 mm", 0.0442511645124193, 0.00828251840330568,
+              0.0964770807249601},
+             {"0", "knife: yes", "point: valve.foot", 0.0354333512889158, 0.00935806832200974, 0.258207770910255}};
+
+enum { DISCS = sizeof discs / sizeof *discs };
+
+/* The disc as a table of its polar radius, and as places on it. */
+static void write_disc(char *text, size_t size, bool polar)
+{
+    enum { PLACES = 240 };
+    size_t at = 0;
+    const double turn = 2 * pi / PLACES;
+    at += (size_t)snprintf(text, size, polar ? "tables: {r: {periodic: yes, x: [" : "outlines: {disc: {points: [");
+    for (int k = 0; k < PLACES + polar; k++)
+        at += polar ? (size_t)snprintf(text + at, size - at, "%.17g, ", k * turn)
+                    : (size_t)snprintf(text + at, size - at, "[%.17g, %.17g], ", E + R * cos(k * turn),
+                                       R * sin(k * turn));
+    if (polar) {
+        at += (size_t)snprintf(text + at, size - at, "], y: [");
+        for (int k = 0; k <= PLACES; k++) {
+            const double a = (k % PLACES) * turn;
+            at += (size_t)snprintf(text + at, size - at, "%.17g, ", E * cos(a) + sqrt(R * R - E * E * sin(a) * sin(a)));
+        }
+        (void)snprintf(text + at, size - at, "]}}\noutlines: {disc: {polar: r}}\n");
+    } else {
+        (void)snprintf(text + at, size - at, "]}}\n");
+    }
+}
+
+/* C2: lift, rate and pressure angle of each follower; splines through the same disc differ by their fourth power. */
+static void followers_lift(void)
+{
+    static char outline[3][32768], model[40000];
+    (void)snprintf(outline[0], sizeof outline[0], DISC);
+    write_disc(outline[1], sizeof outline[1], true);
+    write_disc(outline[2], sizeof outline[2], false);
+    for (int o = 0; o < 3; o++)
+        for (int k = 0; k < DISCS; k++)
+            for (int touches = 0; touches < 2; touches++) {
+                char loop[256];
+                const double near = o == 0 ? 1 : 1e5;
+                (void)snprintf(loop, sizeof loop,
+                               touches ? "contacts: {cam: {%s, on: {outline: disc, at: shaft.C}, restitution: 0}}"
+                                       : "loops: {cam: {follower: valve.foot, %s, on: {outline: disc, at: shaft.C}}}",
+                               touches ? discs[k].contact : discs[k].follower);
+                (void)snprintf(model, sizeof model, MACHINE, outline[o], discs[k].offset, loop, discs[k].lift,
+                               100 * discs[k].slope);
+                loaded l = load_text(model);
+                kempe_trajectory *run = simulate(&l, &ways[3 + (k + o) % 2], 0.001);
+                CHECK_NEAR(number_of(run, "q(lift)", false), discs[k].lift, 1e-14 * near);
+                CHECK_NEAR(number_of(run, "qd(lift)", false), 100 * discs[k].slope, 2e-11 * near);
+                /* of the slope: by the third power of the distance of the places, 2.6 % of the radius */
+                CHECK_NEAR(number_of(run, "pressure_angle(cam)", false), discs[k].pressure, o == 0 ? 1e-13 : 3e-7);
+                CHECK_NEAR(number_of(run, "curvature(cam)", false), 1 / R, o == 0 ? 1e-11 : 0.02);
+                kempe_trajectory_free(run);
+                unload(&l);
+            }
+}
+
+/* C3: the normal force and the torque on the cam, ideal and in contact, by all formulations. */
+static void forces_have_their_digits(void)
+{
+    for (int w = 0; w < WAYS; w++)
+        for (int touches = 0; touches < 2; touches++) {
+            char model[2048];
+            (void)snprintf(model, sizeof model, MACHINE, DISC, "0",
+                           touches ? "contacts: {cam: {cylinder: valve.foot, radius: 8 mm, on: {outline: disc, at: "
+                                     "shaft.C}, restitution: 0}}"
+                                   : "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: "
+                                     "shaft.C}}}",
+                           0.0436477308939579, 0.898340466085883);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[w], 0.02);
+            CHECK_NEAR(number_of(run, "force(cam)", false), 58.6584247728558, 1e-9);
+            CHECK_NEAR(number_of(run, "lambda(motor)", false), 0.516133962269212, 1e-11);
+            CHECK_NEAR(number_of(run, "qdd(lift)", false), -60.0835285899863, 1e-9);
+            /* behind 2 rad */
+            const double angle = 40 * pi / 180 + 2, in = R + ROLLER;
+            CHECK_NEAR(number_of(run, "q(lift)", true),
+                       E * sin(angle) + sqrt(in * in - E * E * cos(angle) * cos(angle)), 1e-9);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* A face is off its point: the normal force has the moment of its place, and turns the shaft with the same arm. */
+static void a_face_has_a_moment(void)
+{
+    char model[2048];
+    (void)snprintf(model, sizeof model, MACHINE, DISC, "0",
+                   "loops: {cam: {follower: valve.foot, flat: y, on: {outline: disc, at: shaft.C}}}", 0.036, 0.0);
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &ways[4], 0.001);
+    const double angle = 40 * pi / 180;
+    const double force = 0.5 * (-E * sin(angle) * 1e4 + 9.81) + 60 + 4000 * (R + E * sin(angle) - 0.038);
+    kempe_table *table = NULL;
+    CHECK_NEAR(number_of(run, "force(cam)", false), force, 1e-10);
+    CHECK(run && kempe_trajectory_outputs(run, "moment(cam)", &table) == KEMPE_OK);
+    CHECK_NEAR(table ? kempe_table_number(table, 0, 3) : NAN, E * cos(angle) * force, 1e-12);
+    kempe_table_free(table);
+    CHECK_NEAR(number_of(run, "lambda(motor)", false), E * cos(angle) * force, 1e-12);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- levers ------------------------------------------------------------------------------------------------ */
+
+#define LEVER                                                                                                          \
+    "kempe: 1\ngravity: [0, -9.81, 0]\noutlines: {disc: {circle: 30 mm, at: [10 mm, 0]}}\n"                            \
+    "ground: {points: {O: [0, 0, 0], G: [-60 mm, 40 mm, 0]}}\nbodies:\n"                                               \
+    "  shaft: {joint: {name: turn, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, 0], " \
+    "D: [10 mm, 0, 0]}}\n"                                                                                             \
+    "  lever: {joint: {name: swing, revolute: z, at: ground.G}, mass: 0.5, com: [40 mm, 0, 0], inertia: {zz: 3e-4}, "  \
+    "points: {foot: [60 mm, 0, 0]}}\n"                                                                                 \
+    "drives: {motor: {joint: turn, angle: \"0.3 + 20*t\"}}\nstart: {q: {swing: 0.02}}\n"                               \
+    "loops: {cam: {%s}}\nrun: {output_step: 0.01}\n"
+
+/* A lever with a roller on an eccentric disc is a four-bar: its coupler is from the centre of the disc to the roller.
+ */
+static void a_lever_is_a_four_bar(void)
+{
+    static const char *const loops[] = {"follower: lever.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}",
+                                        "rod: [shaft.D, lever.foot], length: 38 mm"};
+    static const char *const outputs[] = {"q(swing)", "qd(swing)", "qdd(swing)", "lambda(motor)"};
+    for (int w = 0; w < WAYS; w++) {
+        double x[2][4], load[2][9] = {{0}};
+        for (int k = 0; k < 2; k++) {
+            char model[2048];
+            (void)snprintf(model, sizeof model, LEVER, loops[k]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[w], 0.3);
+            for (int o = 0; o < 4; o++)
+                x[k][o] = number_of(run, outputs[o], true);
+            static const char *const loads[] = {"reaction(cam)", "reaction(turn)", "reaction(swing)"};
+            for (int o = 0; o < 3; o++) {
+                kempe_table *table = NULL;
+                CHECK(run && kempe_trajectory_outputs(run, loads[o], &table) == KEMPE_OK);
+                for (int i = 0; i < 3 && table; i++)
+                    load[k][3 * o + i] = kempe_table_number(table, kempe_table_row_count(table) - 1, 1 + i);
+                kempe_table_free(table);
+            }
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        for (int o = 0; o < 4; o++)
+            CHECK_NEAR(x[0][o], x[1][o], w < 5 ? 1e-8 : 1e-5);
+        for (int i = 0; i < 9; i++)
+            CHECK_NEAR(load[0][i], load[1][i], w < 5 ? 1e-8 : 1e-5);
+    }
+}
+
+/* A flat lever on the disc: the centre of the disc keeps the distance R from the face. The load of the pivot balances
+ * lever, weight and the force at the place of contact. */
+static void a_flat_lever_turns(void)
+{
+    char model[2048];
+    (void)snprintf(model, sizeof model, LEVER, "follower: lever.foot, flat: y, on: {outline: disc, at: shaft.C}");
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &ways[4], 0.1);
+    const double angle = 0.3 + 2, swing = number_of(run, "q(swing)", true);
+    const double d[2] = {E * cos(angle) + 0.06, E * sin(angle) - 0.04}, m[2] = {-sin(swing), cos(swing)};
+    CHECK_NEAR(d[0] * m[0] + d[1] * m[1], -R, 1e-12);
+    const double force = number_of(run, "force(cam)", true);
+    const double along = d[0] * cos(swing) + d[1] * sin(swing);
+    CHECK_NEAR(3e-4 * number_of(run, "qdd(swing)", true) + 0.5 * 0.04 * 0.04 * number_of(run, "qdd(swing)", true),
+               force * along - 0.5 * 9.81 * 0.04 * cos(swing), 1e-10);
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, "moment(cam)", &table) == KEMPE_OK);
+    CHECK_NEAR(table ? kempe_table_number(table, kempe_table_row_count(table) - 1, 3) : NAN, force * (along - 0.06),
+               1e-10);
+    kempe_table_free(table);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- lift-off ---------------------------------------------------------------------------------------------- */
+
+/* The force along y of a roller that stays on the disc, at an angle and a speed. */
+static double force_on_disc(double angle, double speed)
+{
+    const double c = cos(angle), s = sin(angle), root = sqrt((R + ROLLER) * (R + ROLLER) - E * E * c * c);
+    const double slope = E * E * c * s / root, bend = (E * E * (c * c - s * s) - slope * slope) / root;
+    return 0.5 * ((bend - E * s) * speed * speed + 9.81) + 60 + 4000 * (E * s + root - 0.038);
+}
+
+/* The contact opens where the force of the ideal follower is zero, which warns of it. */
+static void a_follower_lifts_off(void)
+{
+    const double speed = 150, begin = 40 * pi / 180;
+    double low = begin, high = pi / 2;
+    CHECK(force_on_disc(low, speed) > 0 && force_on_disc(high, speed) < 0);
+    for (int k = 0; k < 60; k++)
+        *(force_on_disc((low + high) / 2, speed) > 0 ? &low : &high) = (low + high) / 2;
+    for (int w = 0; w < 7; w += 2) {
+        char model[2048];
+        (void)snprintf(model, sizeof model, MACHINE, DISC, "0",
+                       "contacts: {cam: {cylinder: valve.foot, radius: 8 mm, on: {outline: disc, at: shaft.C}, "
+                       "restitution: 0}}",
+                       0.0436477308939579, 150 * 0.00898340466085883);
+        const kempe_setting set = {"w", "150"};
+        loaded l = {.context = kempe_context_new()};
+        (void)kempe_model_read_text_set(l.context, model, "model.yaml", &set, 1, &l.model);
+        l = load_finish(l);
+        kempe_trajectory *run = simulate(&l, &ways[w], 0.02);
+        const kmp_log_entry *opens = run ? entry(run, "contact", 1) : NULL;
+        CHECK(opens && strstr(opens->text, "opens"));
+        CHECK_NEAR(opens ? opens->t : NAN, (low - begin) / speed, w < 5 ? 1e-9 : 1e-6);
+        CHECK(number_of(run, "gap(cam)", true) >= -1e-12);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* The example's roller stays on its cam up to the speed at which the least force over the angle is zero. */
+static void a_valve_stays_below_a_speed(void)
+{
+    static const char *const speeds[] = {"2086.1 rpm", "2086.5 rpm"};
+    for (int k = 0; k < 2; k++) {
+        const kempe_setting set = {"speed", speeds[k]};
+        loaded l = {.context = kempe_context_new()};
+        CHECK(kempe_model_read_set(l.context, "examples/valve_train/valve_train.yaml", &set, 1, &l.model) == KEMPE_OK);
+        l = load_finish(l);
+        kempe_trajectory *run = simulate(&l, &ways[3], 0.006);
+        CHECK((run && entry(run, "contact", 1)) == (k == 1));
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* -- pairs --------------------------------------------------------------------------------------------------- */
+
+/* Derivatives of lift and force by the speed and the stiffness are differences of runs. */
+static void derivatives_follow_parameters(void)
+{
+    char model[2048];
+    kempe_context *context = kempe_context_new();
+    (void)snprintf(model, sizeof model, MACHINE, DISC, "0",
+                   "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}", 0.043, 0.0);
+    kempe_sensitivity *s =
+        sensitivity_of("forward", context, model, "q(lift), force(cam), pressure_angle(cam)", "radau", 0.01, 0);
+    CHECK(s && s->count == 2 && s->columns == 3 && s->rows == 2);
+    for (int p = 0; s && p < s->count; p++) {
+        static const char *const outputs[] = {"q(lift)", "force(cam)", "pressure_angle(cam)"};
+        double x[2][3];
+        for (int side = 0; side < 2; side++) {
+            char value[32];
+            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
+            const kempe_setting set = {s->name[p], value};
+            loaded l = {.context = kempe_context_new()};
+            (void)kempe_model_read_text_set(l.context, model, "model.yaml", &set, 1, &l.model);
+            l = load_finish(l);
+            kempe_trajectory *run = simulate(&l, &ways[4], 0.01);
+            for (int o = 0; o < 3; o++)
+                x[side][o] = number_of(run, outputs[o], true);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        for (int o = 0; o < 3; o++) {
+            const double slope = (x[1][o] - x[0][o]) / (2e-4 * s->parameter[p]);
+            const double *row = s->cell + (s->rows - 1) * s->columns * (1 + s->count);
+            CHECK_NEAR(row[s->columns + o * s->count + p], slope, 1e-5 * (1e-3 + fabs(slope)));
+        }
+    }
+    kempe_sensitivity_free(s);
+    kempe_context_free(context);
+}
+
+/* A shaft on a spring that a valve pushes back: its balance, and the frequency about it. */
+static void a_cam_rests_and_oscillates(void)
+{
+    loaded l = load_text(
+        "kempe: 1\ngravity: [0, -9.81, 0]\noutlines: {disc: {law: [{to: 180 deg, rise: 10 mm, by: modified_sine}, {to: "
+        "360 deg, rise: -10 mm, by: cycloidal}], base: 30 mm, follower: {roller: 8 mm}}}\nbodies:\n"
+        "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, "
+        "0]}}\n"
+        "  valve: {joint: {name: lift, prismatic: y, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
+        "forces: {spring: {joint: lift, force: \"-60 - 4000*(q(lift) - 0.038)\"}, hold: {joint: turn, torque: \"5*(2.5 "
+        "- q(turn))\"}}\nloops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}\n"
+        "start: {q: {turn: 2.4, lift: 0.04}}\n");
+    kempe_equilibrium *e = NULL;
+    kempe_modes *modes = NULL;
+    kempe_table *table = NULL, *frequencies = NULL;
+    double s[3] = {0}, force = 0, turn = NAN;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK &&
+          kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK &&
+          kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK &&
+          kempe_modes_table(modes, "modes", &frequencies) == KEMPE_OK);
+    if (table && frequencies) {
+        turn = kempe_table_number(table, 0, kempe_table_find(table, "q.turn"));
+        for (int d = 0; d < 3; d++)
+            s[d] = 0.01 * kmp_cam_law_value(KMP_CAM_MODIFIED_SINE, d, (turn - pi / 2) / pi) / pow(pi, d);
+        force = 60 + 4000 * s[0] + 0.5 * 9.81;
+        const double stiffness = 5 + force * s[2] + 4000 * s[1] * s[1], inertia = 0.001 + 0.5 * s[1] * s[1];
+        CHECK_NEAR(5 * (2.5 - turn) - force * s[1], 0, 1e-10);
+        CHECK_NEAR(fabs(kempe_table_number(frequencies, 0, kempe_table_find(frequencies, "im"))),
+                   sqrt(stiffness / inertia), 1e-8);
+    }
+    CHECK(isfinite(turn));
+    kempe_table_free(frequencies);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    kempe_equilibrium_free(e);
+    unload(&l);
+}
+
+/* Instances in lanes have the lift of their angle, with a law too. */
+static void instances_are_runs(void)
+{
+    static const char *const names[] = {"w"};
+    static const double values[] = {60, 70, 80, 90, 95};
+    for (int c = 0; c < 4; c++) {
+        const bool law = c % 2, touches = c / 2;
+        char model[2048];
+        (void)snprintf(model, sizeof model, MACHINE,
+                       law ? "outlines: {disc: {law: [{to: 180 deg, rise: 10 mm, by: modified_sine}, {to: 360 deg, "
+                             "rise: -10 mm, by: cycloidal}], base: 30 mm, follower: {roller: 8 mm}}}\n"
+                           : DISC,
+                       "0",
+                       touches ? "contacts: {cam: {cylinder: valve.foot, radius: 8 mm, on: {outline: disc, at: "
+                                 "shaft.C}, restitution: 0}}"
+                               : "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}",
+                       law ? 0.0395 : 0.0437, 0.0);
+        loaded l = load_text(model);
+        const kempe_run_options options = {.t_end = 0.01, .rtol = 1e-10};
+        kempe_values *set = NULL;
+        kempe_ensemble *e = NULL;
+        kempe_ensemble_result *batch = NULL;
+        CHECK(l.model && kempe_values_new(l.model, 1, names, 5, values, &set) == KEMPE_OK &&
+              kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
+              kempe_ensemble_run(e, &options, 0, &batch) == KEMPE_OK);
+        const int lift = coordinate_named(&l, "lift");
+        for (int k = 0; k < 5 && batch; k++) {
+            /* the follower is along y: a quarter of a turn before the law's zero */
+            const double angle = 40 * pi / 180 + 0.01 * values[k],
+                         x = (angle - pi / 2 + (angle < pi / 2 ? 2 * pi : 0)) / pi;
+            const double cosine = cos(angle), in = R + ROLLER;
+            const double of_law = 0.038 + 0.01 * (kmp_cam_law_value(KMP_CAM_MODIFIED_SINE, 0, x) -
+                                                  kmp_cam_law_value(KMP_CAM_CYCLOIDAL, 0, x - 1));
+            CHECK_NEAR(kempe_ensemble_result_q(batch, k)[lift],
+                       law ? of_law : E * sin(angle) + sqrt(in * in - E * E * cosine * cosine), 1e-10);
+        }
+        kempe_ensemble_result_free(batch);
+        kempe_ensemble_free(e);
+        kempe_values_free(set);
+        unload(&l);
+    }
+}
+
+/* -- refusals ------------------------------------------------------------------------------------------------- */
+
+#define REFUSED                                                                                                        \
+    "kempe: 1\ntables: {r: {periodic: yes, x: [0, 120 deg, 240 deg, 360 deg], y: [0.03, 0.03, 0.03, 0.03]}, half: "    \
+    "{periodic: yes, x: [0, 90 deg, 180 deg], y: [0.03, 0.03, 0.03]}, open: {x: [0, 90 deg, 360 deg], y: [0.03, "      \
+    "0.03, 0.03], outside: linear}}\noutlines:\n  c: {%s}\n  box: {rectangle: [1, 1]}\nbodies:\n"                      \
+    "  s: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 0]}}\n"                     \
+    "  v: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0], Q: {at: [0, 0, 0], axes: {z: x, x: "     \
+    "y}}}}\n%s\n"
+#define ON ", on: {outline: c, at: s.C}}}"
+
+static void refused(void)
+{
+    static const char *const good = "circle: 0.03, at: [0.01, 0]";
+    static const struct {
+        const char *outline, *loop, *words;
+    } cases[] = {
+        {"law: [{to: 90 deg, rise: 0.01, by: cycloidal}, {to: 360 deg}], base: 0.03, follower: {knife: yes}", "",
+         "model.yaml:4:12: outline 'c': the sum of the rises is 0.01 m: it must be zero"},
+        {"law: [{to: 90 deg, rise: 0.01, by: cycloidal}, {to: 300 deg, rise: -0.01, by: harmonic}], base: 0.03, "
+         "follower: {knife: yes}",
+         "", "ends at 300 deg, not at 360 deg"},
+        {"law: [{to: 90 deg, rise: 0.01, by: linear}, {to: 360 deg, rise: -0.01, by: harmonic}], base: 0.03, "
+         "follower: {knife: yes}",
+         "", "'linear' has corners at both ends"},
+        {"law: [{to: 90 deg, rise: 0.01, by: bezier}, {to: 360 deg, rise: -0.01, by: harmonic}], base: 0.03, "
+         "follower: {knife: yes}",
+         "", "by is linear, harmonic, cycloidal"},
+        {"law: [{to: 90 deg, rise: 0.01}, {to: 360 deg}], base: 0.03, follower: {knife: yes}", "", "has no key 'by'"},
+        {"law: [{to: 90 deg, by: harmonic}, {to: 360 deg}], base: 0.03, follower: {knife: yes}", "",
+         "a part without 'rise' is a dwell"},
+        {"law: [{to: 90 deg}, {to: 80 deg}], base: 0.03, follower: {knife: yes}", "",
+         "this part ends at 80 deg, where it begins at 90 deg"},
+        {"law: [{to: 10 deg, rise: 0.01, by: cycloidal}, {to: 360 deg, rise: -0.01, by: cycloidal}], base: 0.03, "
+         "follower: {roller: 0.01}",
+         "", "has a cusp at the polar angle"},
+        {"law: [{to: 360 deg}], base: 0.03", "", "has no key 'follower'"},
+        {"law: [{to: 360 deg}], follower: {knife: yes}", "", "has no key 'base'"},
+        {"polar: half", "", "the table 'half' covers 180 deg: a cam has one turn"},
+        {"polar: open", "", "must be a spline with 'periodic: yes'"},
+        {"polar: r, round: 1", "", "the key 'round' does not belong to a 'polar'"},
+        {"points: [[0.03, 0], [0, 0.03], [-0.03, 0]]", "", "needs four places or more"},
+        {"points: [[0.03, 0], [0, -0.03], [-0.03, 0], [0, 0.03]]", "", "the places go clockwise"},
+        {"points: [[0.03, 0], [0, 0.03], [0, 0.03], [0, -0.03]]", "", "place 3 is the same as place 2"},
+        {"points: [[0.03, 0], [0, 0.03], [-0.03, 0], [-0.004, -0.004], [0, -0.03]]",
+         "loops: {cam: {follower: v.P, roller: 0.02" ON, "a roller of radius 0.02 m touches it at two places"},
+        {"points: [[0.03, 0], [0, 0.03], [-0.03, 0], [-0.004, -0.004], [0, -0.03]]",
+         "loops: {cam: {follower: v.P, flat: x" ON, "a flat face touches it at two places"},
+        {"points: [[0.03, 0], [0, 0.03], [-0.03, 0], [-0.004, -0.004], [0, -0.03]]",
+         "contacts: {cam: {flat: v.P, normal: x, restitution: 0" ON, "a flat face touches it at two places"},
+        {NULL, "loops: {cam: {follower: v.P, roller: 0.02, knife: yes" ON, "roller"},
+        {NULL, "loops: {cam: {follower: v.P" ON, "roller"},
+        {NULL, "loops: {cam: {follower: v.P, roller: -1" ON, "must be positive"},
+        {NULL, "loops: {cam: {follower: v.P, roller: 0.01}}", "has no key 'on'"},
+        {NULL, "loops: {cam: {follower: v.P, roller: 0.01, on: {outline: d, at: s.C}}}", "unknown outline 'd'"},
+        {NULL, "loops: {cam: {follower: v.P, roller: 0.01, on: {outline: box, at: s.C}}}",
+         "the outline 'box' is not a cam"},
+        {NULL, "loops: {cam: {follower: s.C, roller: 0.01" ON, "are on the same body"},
+        {NULL, "loops: {cam: {follower: v.P, flat: z" ON, "does not stay in the plane of the cam"},
+        {NULL, "loops: {cam: {rod: [v.P, s.C], length: 1, flat: z}}", "a rod closure has no flat"},
+        {NULL, "contacts: {cam: {cylinder: v.Q, radius: 0.01, restitution: 0" ON, "does not stay parallel"},
+        {NULL, "contacts: {cam: {flat: v.P, restitution: 0, on: {plane: s.C}}}", "a flat face touches an 'outline'"},
+        {NULL, "contacts: {cam: {point: v.P, normal: x, restitution: 0" ON, "'normal' does not belong to a 'point'"},
+        {NULL, "loops: {cam: {rod: [v.P, s.C], length: 1}}\nrun: {outputs: [pressure_angle(cam)]}", "unknown force"},
+        {NULL, "forces: {f: {joint: v, force: 1}}\nrun: {outputs: [curvature(f)]}", "'f' is not a follower on a cam"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char model[2048];
+        (void)snprintf(model, sizeof model, REFUSED, cases[k].outline ? cases[k].outline : good, cases[k].loop);
+        load_rejected(model, cases[k].words);
+    }
+}
+
+int main(void)
+{
+    TEST(laws_have_their_digits);
+    TEST(laws_are_smooth);
+    TEST(a_model_has_the_law);
+    TEST(a_law_has_its_pressure_angle);
+    TEST(a_hollow_profile_is_found);
+    TEST(other_followers_share_the_profile);
+    TEST(followers_lift);
+    TEST(forces_have_their_digits);
+    TEST(a_face_has_a_moment);
+    TEST(a_lever_is_a_four_bar);
+    TEST(a_flat_lever_turns);
+    TEST(a_follower_lifts_off);
+    TEST(a_valve_stays_below_a_speed);
+    TEST(derivatives_follow_parameters);
+    TEST(a_cam_rests_and_oscillates);
+    TEST(instances_are_runs);
+    TEST(refused);
+    return check_report();
+}
