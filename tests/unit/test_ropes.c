@@ -260,6 +260,38 @@ static void friction_turns_a_sheave(void)
         }
 }
 
+/* A peg that the rope is off changes nothing at a sheave with friction behind it: the mass moves across the span. */
+static void a_peg_that_is_off_has_no_friction(void)
+{
+    static const char *const pegs[] = {"", "{round: ground.C, radius: 0.1, turn: right, may_leave: yes}, "};
+    double x[2][3];
+    for (int k = 0; k < WAYS; k++) {
+        for (int c = 0; c < 2; c++) {
+            char model[1024];
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0], C: [-0.6, -0.3, 0]}}\n"
+                "bodies:\n"
+                "  a: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1.5, points: {P: [0, "
+                "0, 0]}}\n"
+                "  b: {joint: {name: z, prismatic: y, at: ground}, mass: 2, points: {P: [0.1, 0, 0]}}\n"
+                "ropes: {r: {along: [a.P, %s{round: ground.O, radius: 0.1, turn: right, friction: 0.2}, b.P], "
+                "slack: no}}\nstart: {q: {x: -1, y: 0, z: -1}, qd: {x: 0, y: -1}, hold: [x, y]}\n",
+                pegs[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+            x[c][0] = at_start(run, "tension(r)");
+            x[c][1] = at_end(run, "q(x)");
+            x[c][2] = at_end(run, "q(z)");
+            CHECK(c == 0 || at_start(run, "wrap(r.2)") == 0);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(x[1][i], x[0][i], 10 * ways[k].tolerance);
+    }
+}
+
 /* -- machines ------------------------------------------------------------------------------------------ */
 
 /* Four falls without friction: a = (4 m - M) g/(M + 16 m), and four tensions carry the load. */
@@ -311,6 +343,59 @@ static void a_load_turns_a_drum(void)
             show(run, "moment(drum)", true, 3, moment);
             CHECK_NEAR(force[2], 98.1 + 461.647058823529, 1e-8);
             CHECK_NEAR(hypot(force[0], force[1]) + hypot(moment[0], moment[1]), 0, 1e-9);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* A drum on a carriage that is held: the carriage hangs on its joint by the tension at the rim, less what turns the
+ * drum, so that its joint has no moment. Without it only the drum itself had it. */
+static void a_carriage_feels_the_rim(void)
+{
+    static const char *const kinds[] = {"", ", slack: no", ", stiffness: 1e5 N/m, preload: 461.647058823529 N"};
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: {at: [0, 0, 0], " SEEN "}}}\nbodies:\n"
+                "  car: {joint: {prismatic: x, at: ground.O}, mass: 5}\n"
+                "  drum: {joint: {revolute: z, at: car}, mass: 10, inertia: {zz: 2}, points: {C: [0, 0, 0]}}\n"
+                "  load: {joint: {name: z, prismatic: z, at: ground}, mass: 100, points: {P: [-0.15, 0, -1]}}\n"
+                "drives: {hold: {joint: car, locked: yes}}\n"
+                "ropes: {hoist: {along: [{drum: drum.C, radius: 150 mm, turn: left}, load.P]%s}}\n",
+                kinds[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+            double force[3], moment[3];
+            CHECK_NEAR(at_start(run, "tension(hoist)"), 461.647058823529, 1e-8);
+            CHECK_NEAR(at_start(run, "qdd(drum)"), 461.647058823529 * 0.15 / 2, 1e-9);
+            show(run, "reaction(car)", false, 3, force);
+            show(run, "moment(car)", false, 3, moment);
+            CHECK_NEAR(hypot(force[1], force[2]), 15 * 9.81 + 461.647058823529, 1e-8);
+            for (int i = 0; i < 3; i++)
+                CHECK_NEAR(moment[i], 0, 1e-9);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* A winch by law on an elastic rope does work: with it the energies are balanced. */
+static void a_winch_does_work(void)
+{
+    static const char *const kinds[] = {"stiffness: 4 kN/m", "stiffness: 4 kN/m, damping: 2e-3",
+                                        "axial_stiffness: 4 kN"};
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                           "  load: {joint: {name: z, prismatic: z, at: ground}, mass: 50, points: {P: [0, 0, -2]}}\n"
+                           "ropes: {hoist: {along: [ground.O, load.P], length: \"1.9 - 0.5*t\", %s}}\n",
+                           kinds[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.5);
+            CHECK(run && run->verdict.drift_rel < 1e3 * ways[k].tolerance);
             kempe_trajectory_free(run);
             unload(&l);
         }
@@ -508,6 +593,30 @@ static void a_pendulum_meets_a_peg(void)
         }
 }
 
+/* A closed rope that may leave its first place is the one that may leave it in another place of the list. */
+static void a_closed_rope_leaves_its_first_place(void)
+{
+    static const char *const lists[] = {
+        "%s, {round: ground.A, radius: 0.1, turn: left}, {round: b.C, radius: 0.1, turn: left}",
+        "{round: b.C, radius: 0.1, turn: left}, %s, {round: ground.A, radius: 0.1, turn: left}"};
+    static const double at[] = {-0.2, 0.2}; /* inside the rope it is off, outside it presses */
+    for (int c = 0; c < 4; c++) {
+        char model[1024], list[256];
+        (void)snprintf(list, sizeof list, lists[c % 2], "{round: ground.B, radius: 0.1, turn: left, may_leave: yes}");
+        (void)snprintf(model, sizeof model,
+                       "kempe: 1\nground: {points: {A: [0, 0, 0], B: [0.5, %g, 0]}}\nbodies:\n"
+                       "  b: {joint: {prismatic: x, at: ground}, mass: 1, points: {C: [1, 0, 0]}}\n"
+                       "ropes: {r: {around: [%s], stiffness: 1000}}\n",
+                       at[c / 2], list);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &ways[3], 0.01);
+        const double straight = 2 + 2 * pi * 0.1, over = 1 + 2 * hypot(0.5, at[1]) + 2 * pi * 0.1;
+        CHECK_NEAR(at_start(run, "length(r)"), c < 2 ? straight : over, 1e-13);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* A driven arm stands up at the start: a rope without a length has the length there, in all formulations. */
 static void a_start_is_as_driven(void)
 {
@@ -673,11 +782,11 @@ static void refused(void)
         const char *rope, *words;
     } cases[] = {
         {"along: [ground.E, {round: ground.C, radius: 0.6, turn: left}, b.P]",
-         "model.yaml:7:12: rope 'r': at the start point 'ground.E' is 100 mm inside the sheave at 'ground.C' (radius "
+         "model.yaml:8:12: rope 'r': at the start point 'ground.E' is 100 mm inside the sheave at 'ground.C' (radius "
          "600 mm)"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: up}, b.P]",
-         "model.yaml:7:68: rope 'r': the turn is left or right, not 'up'"},
-        {"along: [ground.E, {round: ground.C, radius: 0.1}, b.P]", "model.yaml:7:31: rope 'r' has no key 'turn'"},
+         "model.yaml:8:68: rope 'r': the turn is left or right, not 'up'"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1}, b.P]", "model.yaml:8:31: rope 'r' has no key 'turn'"},
         {"along: [ground.E, {round: ground.C, turn: left}, b.P]", "rope 'r' has no key 'radius'"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left}, {round: ground.X, radius: 0.1, turn: left}, "
          "b.P]",
@@ -704,7 +813,10 @@ static void refused(void)
         {"along: [ground.E, b.P], stiffness: 10, axial_stiffness: 10", "exclude each other"},
         {"along: [ground.E, b.P], stiffness: 10, restitution: 0", "restitution belongs to an inextensible rope"},
         {"along: [ground.E, b.P], slack: maybe", "slack is yes or no"},
-        {"along: [ground.E, ground.E]", "are at one place at the start"},
+        {"along: [s.P, s.P]", "all places of its path are fixed to body 's', so that no motion changes its length"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left}, ground.D], stiffness: 10, damping: 0.1",
+         "all places of its path are fixed to body 'ground'"},
+        {"along: [b.P, q.P]", "are at one place at the start"},
         {"along: [ground.E, b.Q]", "'b' has no point 'Q'"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, grip: yes}, b.P], length: 3",
          "has the length at the start"},
@@ -733,6 +845,7 @@ static void refused(void)
                        "  b: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [1.5, "
                        "0, 0]}}\n"
                        "  s: {joint: {revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [1, 0, 0]}}\n"
+                       "  q: {joint: {name: q, prismatic: x, at: ground}, mass: 1, points: {P: [1.5, 0, 0]}}\n"
                        "contacts: {f: {joint: x, lower: -9, restitution: 0}}\nropes: {r: {%s}}\n",
                        cases[k].rope);
         load_rejected(text, cases[k].words);
@@ -777,10 +890,14 @@ int main(void)
     TEST(a_rope_becomes_taut_with_an_impact);
     TEST(a_capstan_holds_and_slips);
     TEST(friction_turns_a_sheave);
+    TEST(a_peg_that_is_off_has_no_friction);
     TEST(a_tackle_has_four_falls);
     TEST(a_load_turns_a_drum);
+    TEST(a_carriage_feels_the_rim);
+    TEST(a_winch_does_work);
     TEST(a_winch_by_law_lifts);
     TEST(a_carrier_may_turn);
+    TEST(a_closed_rope_leaves_its_first_place);
     TEST(a_start_is_as_driven);
     TEST(belts_have_their_lengths);
     TEST(a_timing_belt_oscillates);

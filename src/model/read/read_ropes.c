@@ -247,6 +247,21 @@ static int common_body(const reading *c)
     return top;
 }
 
+/* Some joint, or a flexible body, moves places of the path against each other. */
+static bool check_moves(const reading *c)
+{
+    const kempe_model *model = c->r->model;
+    const int top = common_body(c);
+    bool moves = model->bodies[top].flexible > 0;
+    for (int k = 0; k < c->rope->count; k++)
+        for (int body = model->points[c->rope->places[k].point].body; body != top; body = model->bodies[body].parent)
+            moves = moves || model->bodies[body].motion_count > 0 || model->bodies[body].flexible > 0;
+    return moves || kmp_reader_complain(c->r, c->list->place,
+                                        "%s: all places of its path are fixed to body '%s', so that no motion changes "
+                                        "its length",
+                                        c->what, model->bodies[top].name);
+}
+
 static bool is_about(const reading *c, int body, const double axis[3])
 {
     const char *joint;
@@ -354,7 +369,7 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (!(good && rope->places && find_axes(c)))
+    if (!(good && rope->places && check_moves(c) && find_axes(c)))
         rope->count = 0; /* what uses it reports no further error */
 }
 
