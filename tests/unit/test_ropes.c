@@ -493,6 +493,30 @@ static void belts_have_their_lengths(void)
     unload(&l);
 }
 
+/* A roller chain of 12.7 mm pitch on 17 and 38 teeth: the ratio is 17 to 38, and its speed at 100 rad/s is between the
+ * least and the largest speed of its links on the polygon, 3.39694996599871 and 3.4557913813624 m/s. */
+static void a_chain_has_teeth(void)
+{
+    static const double r = 17 * 12.7e-3 / (2 * pi);
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(
+            "kempe: 1\nparameters: {p: 12.7 mm}\nground: {points: {A: [0, 0, 0], B: [0.4, 0, 0]}}\nbodies:\n"
+            "  a: {joint: {revolute: z, at: ground.A}, mass: 1, inertia: {zz: 2e-4}, points: {C: [0, 0, 0]}}\n"
+            "  b: {joint: {revolute: z, at: ground.B}, mass: 1, inertia: {zz: 5e-3}, points: {C: [0, 0, 0]}}\n"
+            "ropes: {chain: {around: [{round: a.C, teeth: 17, pitch: p, turn: left, grip: yes}, {round: b.C, teeth: "
+            "38, pitch: p, turn: left, grip: yes}], axial_stiffness: 1e9 N, damping: 1e-3, preload: 300 N}}\n"
+            "start: {qd: {a: 100, b: 44.73684210526316}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.01);
+        CHECK_NEAR(at_start(run, "length(chain_1)"), sqrt(0.16 - 21 * 21 / (17.0 * 17) * r * r), 1e-13);
+        CHECK_NEAR(at_end(run, "tension(chain_1)"), 300, 1e-4); /* no part becomes longer */
+        CHECK_NEAR(at_end(run, "tension(chain_2)"), 300, 1e-4);
+        CHECK_NEAR(at_end(run, "qd(b)"), 100 * 17 / 38.0, 1e-8);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    CHECK(100 * r > 3.39694996599871 && 100 * r < 3.4557913813624);
+}
+
 /* A timing belt of 60 kN under 300 N, 4 N m on the small wheel: the oscillation of both wheels, its largest and least
  * tension, and the loads of both bearings. */
 static void a_timing_belt_oscillates(void)
@@ -813,6 +837,17 @@ static void refused(void)
         {"along: [ground.E, b.P], stiffness: 10, axial_stiffness: 10", "exclude each other"},
         {"along: [ground.E, b.P], stiffness: 10, restitution: 0", "restitution belongs to an inextensible rope"},
         {"along: [ground.E, b.P], slack: maybe", "slack is yes or no"},
+        {"along: [ground.E, {round: ground.C, teeth: 20, turn: left, grip: yes}, b.P]",
+         "a wheel has a radius, or teeth and pitch"},
+        {"along: [ground.E, {round: ground.C, teeth: 20, pitch: 8 mm, radius: 0.1, turn: left, grip: yes}, b.P]",
+         "a wheel has a radius, or teeth and pitch"},
+        {"along: [ground.E, {round: ground.C, teeth: 20, pitch: 8 mm, turn: left}, b.P]",
+         "teeth belong to a drum, or to a wheel with 'grip: yes'"},
+        {"along: [ground.E, {round: ground.C, teeth: 20.5, pitch: 8 mm, turn: left, grip: yes}, b.P]",
+         "is 20.5: a whole number of at least 1 is expected"},
+        {"along: [b.P, {round: ground.C, teeth: 20, pitch: 8 mm, turn: left, grip: yes}, {round: ground.D, teeth: "
+         "20, pitch: 5 mm, turn: left, grip: yes}, b.P]",
+         "is 5 mm, and on another wheel it is 8 mm: a belt or chain has one pitch"},
         {"along: [s.P, s.P]", "all places of its path are fixed to body 's', so that no motion changes its length"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left}, ground.D], stiffness: 10, damping: 0.1",
          "all places of its path are fixed to body 'ground'"},
@@ -900,6 +935,7 @@ int main(void)
     TEST(a_closed_rope_leaves_its_first_place);
     TEST(a_start_is_as_driven);
     TEST(belts_have_their_lengths);
+    TEST(a_chain_has_teeth);
     TEST(a_timing_belt_oscillates);
     TEST(a_tackle_turns_its_sheaves);
     TEST(a_pendulum_meets_a_peg);

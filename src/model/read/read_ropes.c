@@ -7,6 +7,7 @@
 #include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/data/rope.h"
+#include "model/files/nodes.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
@@ -21,6 +22,8 @@
 #define NO_WRAP 1e-6
 /* Slack over length that counts as zero at the start: written lengths have nine digits. */
 #define SHORT 1e-9
+/* Difference of pitches over a pitch that counts as none: written ones have nine digits. */
+#define SAME_PITCH 1e-9
 /* Sine of the angle of a span out of the plane of its sheave, 5 deg, beyond which its direction is in doubt. */
 #define OBLIQUE 0.087
 
@@ -84,10 +87,58 @@ static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *
     return place->leaves;
 }
 
+/* Wheels of one belt or chain have its pitch. */
+static bool check_pitch(const reading *c, const kmp_yaml *pitch, double own)
+{
+    kmp_number first;
+    const char *of = kmp_reader_say(c->r, "the pitch of %s", c->what);
+    for (int k = 0; k < c->rope->count; k++) {
+        const kmp_yaml *node = kmp_yaml_get(c->list->items[k], "pitch");
+        if (node && kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &first) &&
+            fabs(own - first.value) > SAME_PITCH * first.value)
+            return kmp_reader_complain(c->r, pitch->place,
+                                       "%s is %.9g mm, and on another wheel it is %.9g mm: a belt or chain has one "
+                                       "pitch",
+                                       of, 1e3 * own, 1e3 * first.value);
+    }
+    return true;
+}
+
+/* The radius as it is written, or the radius on which the pitch lies around the teeth; NULL: it is wrong. */
+static const kmp_yaml *radius_of(const reading *c, const kmp_yaml *map, bool drum)
+{
+    const kmp_yaml *teeth = kmp_yaml_get(map, "teeth"), *pitch = kmp_yaml_get(map, "pitch");
+    const char *of[2] = {kmp_reader_say(c->r, "teeth of %s", c->what),
+                         kmp_reader_say(c->r, "the pitch of %s", c->what)};
+    double count;
+    kmp_number length = {0};
+    if (!teeth && !pitch)
+        return kmp_read_required(c->r, map, c->what, "radius");
+    const kmp_place place = teeth ? teeth->place : pitch->place;
+    if (!teeth || !pitch || kmp_yaml_get(map, "radius")) {
+        kmp_reader_complain(c->r, place, "%s: a wheel has a radius, or teeth and pitch", c->what);
+        return NULL;
+    }
+    if (!drum) {
+        kmp_reader_complain(c->r, place, "%s: teeth belong to a drum, or to a wheel with 'grip: yes'", c->what);
+        return NULL;
+    }
+    if (!kmp_read_fixed(c->r, teeth, of[0], KMP_DIM_NUMBER, &count) ||
+        !kmp_read_number(c->r, pitch, of[1], KMP_DIM_LENGTH, &length) ||
+        !kmp_check_rule(c->r, pitch, of[1], KMP_FIELD_POSITIVE, length.value, "") ||
+        !check_pitch(c, pitch, length.value))
+        return NULL;
+    if (!(count >= 1 && count == floor(count))) {
+        kmp_reader_complain(c->r, teeth->place, "%s is %.6g: a whole number of at least 1 is expected", of[0], count);
+        return NULL;
+    }
+    return kmp_yaml_word(&c->r->scratch, pitch->place, kmp_reader_say(c->r, "%.17g*(%s)/(2*pi)", count, pitch->text));
+}
+
 static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
 {
     static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
-    const kmp_yaml *radius = kmp_read_required(c->r, map, c->what, "radius"), *turns = kmp_yaml_get(map, "turns");
+    const kmp_yaml *radius = radius_of(c, map, place->drum), *turns = kmp_yaml_get(map, "turns");
     const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
     int way = -1, axis = 2;
     double full = 0;
