@@ -153,6 +153,8 @@ static void a_bungee_catches(void)
         if (taut && slack) {
             CHECK_NEAR(taut->t, 1.56412377401155, 100 * ways[k].tolerance);
             CHECK_NEAR(slack->t, 2.91531203927732, 100 * ways[k].tolerance);
+            CHECK_TEXT(taut->text, "rope 'bungee' becomes taut");
+            CHECK_TEXT(slack->text, "rope 'bungee' becomes slack");
         }
         CHECK_NEAR(at_end(run, "tension(bungee)"), 0, 0);
         double energy[3];
@@ -335,6 +337,8 @@ static void a_load_turns_a_drum(void)
             loaded l = load_text(model);
             kempe_trajectory *run = simulate(&l, &ways[k], 1);
             double force[3], moment[3];
+            const kmp_log_entry *taut = entry(run, "contact", 0);
+            CHECK(taut && strcmp(taut->text, "rope 'hoist' becomes taut") == 0);
             CHECK_NEAR(at_end(run, "tension(hoist)"), 461.647058823529, 1e-8);
             CHECK_NEAR(at_end(run, "qdd(z)"), -5.19352941176471, 1e-9);
             CHECK_NEAR(fabs(last_q(run)[0]), 5.19352941176471 / 2 / 0.15, 1e-8);
@@ -641,6 +645,23 @@ static void a_closed_rope_leaves_its_first_place(void)
     }
 }
 
+/* Off a peg the rope is wound on the next sheave as it lies there: by its path over the peg it would be a turn more. */
+static void a_peg_that_is_off_adds_no_turn(void)
+{
+    loaded l = load_text(
+        "kempe: 1\nground: {points: {A: [0, 0, 0], B: [0.5, 0.6, 0], C: [1, 0.1, 0]}}\nbodies:\n"
+        "  b: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [2, 0, 0]}}\n"
+        "ropes: {r: {along: [ground.A, {round: ground.B, radius: 0.1, turn: left, may_leave: yes}, {round: ground.C, "
+        "radius: 0.1, turn: right}, b.P], stiffness: 1000}}\n");
+    kempe_trajectory *run = simulate(&l, &ways[3], 0.01);
+    const double wrap = at_start(run, "wrap(r.3)");
+    CHECK_NEAR(at_start(run, "wrap(r.2)"), 0, 0);
+    CHECK_NEAR(wrap, 2 * (atan2(0.1, 1) + asin(0.1 / hypot(1, 0.1))), 1e-13);
+    CHECK_NEAR(at_start(run, "length(r)"), 2 + 0.1 * wrap, 1e-13);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* A driven arm stands up at the start: a rope without a length has the length there, in all formulations. */
 static void a_start_is_as_driven(void)
 {
@@ -933,6 +954,7 @@ int main(void)
     TEST(a_winch_by_law_lifts);
     TEST(a_carrier_may_turn);
     TEST(a_closed_rope_leaves_its_first_place);
+    TEST(a_peg_that_is_off_adds_no_turn);
     TEST(a_start_is_as_driven);
     TEST(belts_have_their_lengths);
     TEST(a_chain_has_teeth);

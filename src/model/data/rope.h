@@ -5,6 +5,7 @@
 
 #include "model/data/place.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 /** A coordinate that turns a drum, in the sense 1: to the left as seen against the axis of the rope, or -1. */
@@ -63,3 +64,11 @@ static inline int kmp_rope_spans(const kmp_rope *rope)
 {
     return rope->closed ? rope->count : rope->count - 1;
 }
+
+/** What the log says of a contact: what it is, and what it does when it begins to press and when that ends. */
+typedef struct kmp_contact_words {
+    const char *noun, *begins, *ends;
+} kmp_contact_words;
+
+/** The words of a contact by its name, of a rope where one has it as its element. */
+kmp_contact_words kmp_contact_words_of(const kempe_model *model, const char *contact);

@@ -463,7 +463,21 @@ typedef struct start_path {
     kmp_rope *rope;
     double axis[3];
     double (*centre)[3], (*along)[3], *length; /* of places; of spans */
+    int without;                               /* the place that the rope is off; -1: none */
 } start_path;
+
+/* The place after another one of the path that the rope has, and before it. */
+static int next_of(const start_path *p, int k)
+{
+    const int count = p->rope->count, next = (k + 1) % count;
+    return next == p->without ? (next + 1) % count : next;
+}
+
+static int before_of(const start_path *p, int k)
+{
+    const int count = p->rope->count, before = (k + count - 1) % count;
+    return before == p->without ? (before + count - 1) % count : before;
+}
 
 static double signed_radius(const kmp_rope *rope, int k)
 {
@@ -498,7 +512,7 @@ static bool complain_inside(const start_path *p, int k, int next, double distanc
 
 static bool find_span(const start_path *p, int k)
 {
-    const int next = (k + 1) % p->rope->count;
+    const int next = next_of(p, k);
     double d[3], turned[3];
     for (int i = 0; i < 3; i++)
         d[i] = p->centre[next][i] - p->centre[k][i];
@@ -534,8 +548,7 @@ static double angle_between(const start_path *p, const double first[3], const do
 static double find_turn(const start_path *p, int k)
 {
     kmp_rope_place *place = &p->rope->places[k];
-    const int before = (k + p->rope->count - 1) % p->rope->count;
-    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before];
+    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before_of(p, k)];
     if (place->turns) {
         const double(*r)[3] = p->poses[place->carrier].r;
         for (int i = 0; i < 3; i++)
@@ -560,12 +573,27 @@ static double start_of(const kempe_model *model, int motion, const double *param
     return model->start.q[motion].value;
 }
 
-static bool may_leave(const kmp_rope *rope)
+/* The place that the rope may leave; -1: there is none. */
+static int leaving(const kmp_rope *rope)
 {
-    bool leaves = false;
     for (int k = 0; k < rope->count; k++)
-        leaves = leaves || rope->places[k].leaves;
-    return leaves;
+        if (rope->places[k].leaves)
+            return k;
+    return -1;
+}
+
+/* Where the rope is off a place, its neighbours have the angles of the path without it. False: that path has no span.
+ */
+static bool find_left(start_path *p)
+{
+    const int k = leaving(p->rope);
+    if (k < 0)
+        return true;
+    (void)find_turn(p, k);
+    if (!(p->rope->places[k].wrap < 0))
+        return true;
+    p->without = k;
+    return find_span(p, before_of(p, k));
 }
 
 static void settle(start_path *p)
@@ -581,15 +609,19 @@ static void settle(start_path *p)
             for (int i = 0; i < 3; i++)
                 p->axis[i] = pose.r[i][rope->places[k].axis];
     }
-    for (int k = 0; k < kmp_rope_spans(rope); k++) {
+    for (int k = 0; k < kmp_rope_spans(rope); k++)
         if (!find_span(p, k))
             return;
-        sum += p->length[k];
-    }
+    const int left = leaving(rope);
+    if (!find_left(p))
+        return;
+    for (int k = 0; k < kmp_rope_spans(rope); k++)
+        sum += k == p->without ? 0 : p->length[k];
     for (int k = 0; k < rope->count; k++)
-        sum += find_turn(p, k);
+        if (k != left)
+            sum += find_turn(p, k);
     const double length = rope->length ? kmp_expr_value_at(rope->length, p->r->parameter_values, 0) : sum;
-    if (rope->length && rope->kind == KMP_ROPE_PULLS && !may_leave(rope) && length < sum - SHORT * sum)
+    if (rope->length && rope->kind == KMP_ROPE_PULLS && left < 0 && length < sum - SHORT * sum)
         kmp_reader_complain(p->r, rope->place,
                             "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",
                             rope->name, sum, length);
@@ -607,7 +639,7 @@ void kmp_settle_ropes(kmp_reader *r)
     kmp_pose_all(model, q, poses);
     for (int k = 0; k < model->rope_count; k++) {
         const size_t count = (size_t)model->ropes[k].count;
-        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k]};
+        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k], .without = -1};
         p.centre = kmp_arena_alloc(&r->scratch, count, sizeof *p.centre);
         p.along = kmp_arena_alloc(&r->scratch, count, sizeof *p.along);
         p.length = KMP_ARENA_NEW(&r->scratch, double, count);
