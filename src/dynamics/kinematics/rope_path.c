@@ -212,8 +212,8 @@ kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
     return on_path(tree, rope, place, wrap_at);
 }
 
-/* What a virtual displacement of a joint between a place and its carrier turns it to the left: loads of joints are
- * forces along it (dynamics/joint_loads.c). */
+/* The angle to the left by which a virtual displacement of a joint between a place and its carrier turns the place.
+ * Loads of joints are forces along it (dynamics/joint_loads.c). */
 static kmp_ref virtually_turned(const path *p, int k)
 {
     const kmp_tree *tree = p->tree;

@@ -65,10 +65,10 @@ static inline int kmp_rope_spans(const kmp_rope *rope)
     return rope->closed ? rope->count : rope->count - 1;
 }
 
-/** What the log says of a contact: what it is, and what it does when it begins to press and when that ends. */
+/** Words of the log for a contact, for the beginning of its pressure, and for the end. */
 typedef struct kmp_contact_words {
     const char *noun, *begins, *ends;
 } kmp_contact_words;
 
-/** The words of a contact by its name, of a rope where one has it as its element. */
+/** The words of the contact with a name: if it is the element of a rope, the words of ropes. */
 kmp_contact_words kmp_contact_words_of(const kempe_model *model, const char *contact);

@@ -115,7 +115,7 @@ static const char *friction_name(const rewriting *w, const rope *own, const char
     return count > 1 ? kmp_reader_say(w->r, "%s_friction_%d", name, k + 1) : kmp_reader_say(w->r, "%s_friction", name);
 }
 
-/* The tension behind a sheave: that of the last part, with the friction of the sheaves from there on. */
+/* The tension behind a sheave: the tension of the last part, less the friction of all sheaves behind it. */
 static const char *tension_behind(const rewriting *w, const rope *own, int k)
 {
     const char *sum = kmp_reader_say(w->r, "tension(%s)", own->own);
@@ -158,8 +158,8 @@ static void add_frictions(rewriting *w, const rope *own)
         if (!is_elastic(own) && !(slack && strcmp(slack, "no") == 0)) {
             kmp_reader_complain(w->r, sheave->place,
                                 "rope '%s': friction on a sheave is for an elastic rope, or for an inextensible one "
-                                "with 'slack: no': the tension of one that may be slack is the force of a rigid "
-                                "contact, which levels of friction do not have",
+                                "with 'slack: no'. One that may be slack is a rigid contact, whose force no level of "
+                                "friction has",
                                 own->name);
             return;
         }
