@@ -582,8 +582,7 @@ static int leaving(const kmp_rope *rope)
     return -1;
 }
 
-/* Where the rope is off a place, its neighbours have the angles of the path without it. False: that path has no span.
- */
+/* Neighbours of a place that the rope is off have the angles of the path without it. False: that path has no span. */
 static bool find_left(start_path *p)
 {
     const int k = leaving(p->rope);

@@ -158,8 +158,7 @@ static void add_frictions(rewriting *w, const rope *own)
         if (!is_elastic(own) && !(slack && strcmp(slack, "no") == 0)) {
             kmp_reader_complain(w->r, sheave->place,
                                 "rope '%s': friction on a sheave is for an elastic rope, or for an inextensible one "
-                                "with 'slack: no'. One that may be slack is a rigid contact, whose force no level of "
-                                "friction has",
+                                "with 'slack: no'; no level of friction has the force of a rigid contact",
                                 own->name);
             return;
         }
