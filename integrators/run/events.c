@@ -13,6 +13,7 @@
 #include "integrators/decide/event_location.h"
 #include "integrators/decide/restart.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/language/expression_value.h"
 #include <float.h>
 #include <math.h>
@@ -744,7 +745,9 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
         kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, holds, most);
         c->past[k].peak = 0;
         c->past[k].latest.count = 0;
-        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "contact '%s' %s", force->name, holds ? "closes" : "opens");
+        const kmp_contact_words words = kmp_contact_words_of(c->s->model, force->name);
+        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s '%s' %s", words.noun, force->name,
+                        holds ? words.begins : words.ends);
     } else {
         kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
                         holds == stated ? "true" : "false");

@@ -14,6 +14,7 @@
 #include "integrators/run/runner_start.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
@@ -454,12 +455,12 @@ static int fail(void *self, kmp_friction_failure failure, double t)
     }
 }
 
-static const char *words_of(const kmp_friction_element *e)
+static const char *words_of(const kmp_friction_element *e, const kmp_contact_words *contact)
 {
     switch (e->stance) {
     case KMP_FRICTION_SLIPS:
         if (e->contact)
-            return "opens";
+            return contact->ends;
         if (e->twin >= 0)
             return "slips";
         return e->sense > 0 ? "slips forward" : "slips backward";
@@ -468,7 +469,7 @@ static const char *words_of(const kmp_friction_element *e)
     case KMP_FRICTION_IDLE:
         return "is held at rest by other closures: its force is not unique, and is taken as zero";
     default:
-        return e->contact ? "closes" : "sticks";
+        return e->contact ? contact->begins : "sticks";
     }
 }
 
@@ -483,8 +484,10 @@ static void tell(void *self, kmp_friction_fact fact, int element, double t, doub
             (int)number);
     } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
         const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.friction->element[e->base];
-        kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
-                        name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
+        const kmp_contact_words words = kmp_contact_words_of(run->s->model, name_of(run, named));
+        const bool rope = e->contact && strcmp(words.noun, "rope") == 0;
+        kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "%s'%s%s' %s",
+                        rope ? "rope " : "", name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e, &words));
     } else if (fact == KMP_FRICTION_TELLS_LEFT) {
         kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g s",
                         name_of(run, e), e->smooth_t, t);

@@ -11,6 +11,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/force.h"
+#include "model/data/rope.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
@@ -108,9 +109,10 @@ static int fail(void *self, kmp_impact_failure failure, double t, int count, con
 static void tell_sequence(void *self, int element, double t, double since, double end)
 {
     const kmp_runner *run = self;
-    kmp_run_log_add(run->log, "accumulation", t, since, end,
-                    "contact '%s' closes at t = %.9g s after ever shorter rebounds",
-                    force_of(run, &run->sticking.friction->element[element])->name, end);
+    const char *name = force_of(run, &run->sticking.friction->element[element])->name;
+    const kmp_contact_words words = kmp_contact_words_of(run->s->model, name);
+    kmp_run_log_add(run->log, "accumulation", t, since, end, "%s '%s' %s at t = %.9g s after ever shorter rebounds",
+                    words.noun, name, words.begins, end);
 }
 
 static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)

@@ -121,8 +121,12 @@ static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     kmp_graph *g = tree->graph;
     const kmp_expr *store = force->compliant->store;
     kmp_ref holds = kmp_bearing_load_holds(tree, force, at), lost = KMP_ZERO;
+    /* A depth that a function of t changes takes work from outside. */
+    kmp_derivative *by_time = kmp_partial_time_derivative(tree);
+    const kmp_ref driven = kmp_derivative_of(by_time, at->depth);
+    kmp_derivative_free(by_time);
     for (int i = 0; i < count; i++)
-        lost = kmp_add(g, lost, kmp_mul(g, size[i], against[i]));
+        lost = kmp_add(g, lost, kmp_mul(g, size[i], i == 0 ? kmp_sub(g, against[i], driven) : against[i]));
     if (store) {
         kmp_ref stored = kmp_bearing_load_law(tree, force, at, store);
         kmp_derivative *d = kmp_time_derivative(tree);

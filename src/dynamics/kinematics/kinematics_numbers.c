@@ -487,16 +487,15 @@ KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
     return e->b ? kmp_tree_surface(tree, e, x, y) : kmp_tree_table(tree, e, x);
 }
 
-/* In an output the multiplier of friction that sticks is its force in every mode; the levels of this force have none of
- * these multipliers. */
+/* The multiplier of friction that sticks is its force in every mode: in laws by its mode; in outputs runs put it among
+ * the multipliers. A level has the force of frictions that
+ * are written before it only, so that there is no circle. */
 KMP_NOINLINE static kmp_ref multiplier(const kmp_tree *tree, int closure, int component)
 {
     const kmp_closure *c = &tree->model->closures[closure];
-    if (!tree->conditions.settled || !tree->friction_in_place || !kmp_closure_is_friction(c))
+    if (!kmp_closure_is_friction(c) || (tree->conditions.settled && !tree->friction_in_place))
         return kmp_tree_multiplier(tree, closure, component);
-    kmp_tree plain = *tree;
-    plain.friction_in_place = false;
-    return kmp_friction_force(&plain, &tree->model->forces[c->force]);
+    return kmp_friction_force(tree, &tree->model->forces[c->force]);
 }
 
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)

@@ -212,6 +212,23 @@ kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
     return on_path(tree, rope, place, wrap_at);
 }
 
+/* The angle to the left by which a virtual displacement of a joint between a place and its carrier turns the place.
+ * Loads of joints are forces along it (dynamics/joint_loads.c). */
+static kmp_ref virtually_turned(const path *p, int k)
+{
+    const kmp_tree *tree = p->tree;
+    kmp_ref sum = KMP_ZERO;
+    for (int i = kmp_point_link(tree, p->rope->places[k].point); i != tree->mounts[p->rope->places[k].carrier].link;
+         i = tree->links[i].parent) {
+        kmp_vec turn;
+        for (uint32_t c = 0; c < 3; c++)
+            turn.x[c] = tree->links[i].virtual_spin ? kmp_input(tree->graph, KMP_IN_ALONG, 3 + c) : KMP_ZERO;
+        turn = kmp_link_direction(tree, tree->links[i].parent, turn, p->link);
+        sum = kmp_add(tree->graph, sum, kmp_vec_dot(tree->graph, turn, p->axis));
+    }
+    return sum;
+}
+
 /* Rim that has turned to the left with the body, less what the direction of the span has turned: both against the
  * carrier, the second one since the start. */
 static kmp_ref rolled(const path *p, int k, kmp_vec along)
@@ -229,6 +246,7 @@ static kmp_ref rolled(const path *p, int k, kmp_vec along)
         const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)place->turning[i].motion);
         angle = kmp_add(g, angle, place->turning[i].sense > 0 ? q : kmp_neg(q));
     }
+    angle = kmp_add(g, angle, virtually_turned(p, k));
     return kmp_mul(g, signed_radius(p, k), angle);
 }
 
@@ -240,8 +258,9 @@ static kmp_ref length_to(const path *p, int place)
     kmp_graph *g = p->tree->graph;
     const kmp_rope *rope = p->rope;
     kmp_ref sum = KMP_ZERO;
-    span in = rope->closed ? span_of(p, before(p, 0)) : (span){0};
-    for (int k = 0, next; k != place; k = next) {
+    const int first = p->without == 0 ? 1 : 0;
+    span in = rope->closed ? span_of(p, before(p, first)) : (span){0};
+    for (int k = first, next; k != place; k = next) {
         next = after(p, k);
         if (!rope->closed && next == 0)
             break;
@@ -252,7 +271,7 @@ static kmp_ref length_to(const path *p, int place)
         }
         sum = kmp_add(g, sum, own.length);
         in = own;
-        if (next == 0)
+        if (next == first)
             break;
     }
     return sum;
@@ -285,12 +304,16 @@ static kmp_ref paid(const kmp_tree *tree, const kmp_rope *rope)
     return drums ? on_path(tree, rope, -1, paid_on) : KMP_ZERO;
 }
 
+static kmp_ref slide_at(const path *p, int place)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_ref arrived = kmp_sub(g, length_to(p, place), paid_by(p, false));
+    return kmp_add(g, arrived, rolled(p, place, span_of(p, before(p, place)).along));
+}
+
 kmp_ref kmp_rope_slide(const kmp_tree *tree, const kmp_rope *rope, int place)
 {
-    const path p = path_of(tree, rope);
-    kmp_graph *g = tree->graph;
-    const kmp_ref arrived = kmp_sub(g, length_to(&p, place), paid_by(&p, false));
-    return kmp_add(g, arrived, rolled(&p, place, span_of(&p, before(&p, place)).along));
+    return on_path(tree, rope, place, slide_at);
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */

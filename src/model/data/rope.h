@@ -5,6 +5,7 @@
 
 #include "model/data/place.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 /** A coordinate that turns a drum, in the sense 1: to the left as seen against the axis of the rope, or -1. */
@@ -63,3 +64,11 @@ static inline int kmp_rope_spans(const kmp_rope *rope)
 {
     return rope->closed ? rope->count : rope->count - 1;
 }
+
+/** Words of the log for a contact, for the beginning of its pressure, and for the end. */
+typedef struct kmp_contact_words {
+    const char *noun, *begins, *ends;
+} kmp_contact_words;
+
+/** The words of the contact with a name: if it is the element of a rope, the words of ropes. */
+kmp_contact_words kmp_contact_words_of(const kempe_model *model, const char *contact);

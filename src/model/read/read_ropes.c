@@ -7,6 +7,7 @@
 #include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/data/rope.h"
+#include "model/files/nodes.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
@@ -21,6 +22,8 @@
 #define NO_WRAP 1e-6
 /* Slack over length that counts as zero at the start: written lengths have nine digits. */
 #define SHORT 1e-9
+/* Difference of pitches over a pitch that counts as none: written ones have nine digits. */
+#define SAME_PITCH 1e-9
 /* Sine of the angle of a span out of the plane of its sheave, 5 deg, beyond which its direction is in doubt. */
 #define OBLIQUE 0.087
 
@@ -84,10 +87,58 @@ static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *
     return place->leaves;
 }
 
+/* Wheels of one belt or chain have its pitch. */
+static bool check_pitch(const reading *c, const kmp_yaml *pitch, double own)
+{
+    kmp_number first;
+    const char *of = kmp_reader_say(c->r, "the pitch of %s", c->what);
+    for (int k = 0; k < c->rope->count; k++) {
+        const kmp_yaml *node = kmp_yaml_get(c->list->items[k], "pitch");
+        if (node && kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &first) &&
+            fabs(own - first.value) > SAME_PITCH * first.value)
+            return kmp_reader_complain(c->r, pitch->place,
+                                       "%s is %.9g mm, and on another wheel it is %.9g mm: a belt or chain has one "
+                                       "pitch",
+                                       of, 1e3 * own, 1e3 * first.value);
+    }
+    return true;
+}
+
+/* The radius as it is written, or the radius on which the pitch lies around the teeth; NULL: it is wrong. */
+static const kmp_yaml *radius_of(const reading *c, const kmp_yaml *map, bool drum)
+{
+    const kmp_yaml *teeth = kmp_yaml_get(map, "teeth"), *pitch = kmp_yaml_get(map, "pitch");
+    const char *of[2] = {kmp_reader_say(c->r, "teeth of %s", c->what),
+                         kmp_reader_say(c->r, "the pitch of %s", c->what)};
+    double count;
+    kmp_number length = {0};
+    if (!teeth && !pitch)
+        return kmp_read_required(c->r, map, c->what, "radius");
+    const kmp_place place = teeth ? teeth->place : pitch->place;
+    if (!teeth || !pitch || kmp_yaml_get(map, "radius")) {
+        kmp_reader_complain(c->r, place, "%s: a wheel has a radius, or teeth and pitch", c->what);
+        return NULL;
+    }
+    if (!drum) {
+        kmp_reader_complain(c->r, place, "%s: teeth belong to a drum, or to a wheel with 'grip: yes'", c->what);
+        return NULL;
+    }
+    if (!kmp_read_fixed(c->r, teeth, of[0], KMP_DIM_NUMBER, &count) ||
+        !kmp_read_number(c->r, pitch, of[1], KMP_DIM_LENGTH, &length) ||
+        !kmp_check_rule(c->r, pitch, of[1], KMP_FIELD_POSITIVE, length.value, "") ||
+        !check_pitch(c, pitch, length.value))
+        return NULL;
+    if (!(count >= 1 && count == floor(count))) {
+        kmp_reader_complain(c->r, teeth->place, "%s is %.6g: a whole number of at least 1 is expected", of[0], count);
+        return NULL;
+    }
+    return kmp_yaml_word(&c->r->scratch, pitch->place, kmp_reader_say(c->r, "%.17g*(%s)/(2*pi)", count, pitch->text));
+}
+
 static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
 {
     static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
-    const kmp_yaml *radius = kmp_read_required(c->r, map, c->what, "radius"), *turns = kmp_yaml_get(map, "turns");
+    const kmp_yaml *radius = radius_of(c, map, place->drum), *turns = kmp_yaml_get(map, "turns");
     const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
     int way = -1, axis = 2;
     double full = 0;
@@ -247,6 +298,21 @@ static int common_body(const reading *c)
     return top;
 }
 
+/* Some joint, or a flexible body, moves places of the path against each other. */
+static bool check_moves(const reading *c)
+{
+    const kempe_model *model = c->r->model;
+    const int top = common_body(c);
+    bool moves = model->bodies[top].flexible > 0;
+    for (int k = 0; k < c->rope->count; k++)
+        for (int body = model->points[c->rope->places[k].point].body; body != top; body = model->bodies[body].parent)
+            moves = moves || model->bodies[body].motion_count > 0 || model->bodies[body].flexible > 0;
+    return moves || kmp_reader_complain(c->r, c->list->place,
+                                        "%s: all places of its path are fixed to body '%s', so that no motion changes "
+                                        "its length",
+                                        c->what, model->bodies[top].name);
+}
+
 static bool is_about(const reading *c, int body, const double axis[3])
 {
     const char *joint;
@@ -354,7 +420,7 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (!(good && rope->places && find_axes(c)))
+    if (!(good && rope->places && check_moves(c) && find_axes(c)))
         rope->count = 0; /* what uses it reports no further error */
 }
 
@@ -397,7 +463,21 @@ typedef struct start_path {
     kmp_rope *rope;
     double axis[3];
     double (*centre)[3], (*along)[3], *length; /* of places; of spans */
+    int without;                               /* the place that the rope is off; -1: none */
 } start_path;
+
+/* The place after another one of the path that the rope has, and before it. */
+static int next_of(const start_path *p, int k)
+{
+    const int count = p->rope->count, next = (k + 1) % count;
+    return next == p->without ? (next + 1) % count : next;
+}
+
+static int before_of(const start_path *p, int k)
+{
+    const int count = p->rope->count, before = (k + count - 1) % count;
+    return before == p->without ? (before + count - 1) % count : before;
+}
 
 static double signed_radius(const kmp_rope *rope, int k)
 {
@@ -432,7 +512,7 @@ static bool complain_inside(const start_path *p, int k, int next, double distanc
 
 static bool find_span(const start_path *p, int k)
 {
-    const int next = (k + 1) % p->rope->count;
+    const int next = next_of(p, k);
     double d[3], turned[3];
     for (int i = 0; i < 3; i++)
         d[i] = p->centre[next][i] - p->centre[k][i];
@@ -468,8 +548,7 @@ static double angle_between(const start_path *p, const double first[3], const do
 static double find_turn(const start_path *p, int k)
 {
     kmp_rope_place *place = &p->rope->places[k];
-    const int before = (k + p->rope->count - 1) % p->rope->count;
-    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before];
+    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before_of(p, k)];
     if (place->turns) {
         const double(*r)[3] = p->poses[place->carrier].r;
         for (int i = 0; i < 3; i++)
@@ -493,12 +572,26 @@ double kmp_start_coordinate(const kempe_model *model, int motion, const double *
     return model->start.q[motion].value;
 }
 
-static bool may_leave(const kmp_rope *rope)
+/* The place that the rope may leave; -1: there is none. */
+static int leaving(const kmp_rope *rope)
 {
-    bool leaves = false;
     for (int k = 0; k < rope->count; k++)
-        leaves = leaves || rope->places[k].leaves;
-    return leaves;
+        if (rope->places[k].leaves)
+            return k;
+    return -1;
+}
+
+/* Neighbours of a place that the rope is off have the angles of the path without it. False: that path has no span. */
+static bool find_left(start_path *p)
+{
+    const int k = leaving(p->rope);
+    if (k < 0)
+        return true;
+    (void)find_turn(p, k);
+    if (!(p->rope->places[k].wrap < 0))
+        return true;
+    p->without = k;
+    return find_span(p, before_of(p, k));
 }
 
 static void settle(start_path *p)
@@ -514,15 +607,19 @@ static void settle(start_path *p)
             for (int i = 0; i < 3; i++)
                 p->axis[i] = pose.r[i][rope->places[k].axis];
     }
-    for (int k = 0; k < kmp_rope_spans(rope); k++) {
+    for (int k = 0; k < kmp_rope_spans(rope); k++)
         if (!find_span(p, k))
             return;
-        sum += p->length[k];
-    }
+    const int left = leaving(rope);
+    if (!find_left(p))
+        return;
+    for (int k = 0; k < kmp_rope_spans(rope); k++)
+        sum += k == p->without ? 0 : p->length[k];
     for (int k = 0; k < rope->count; k++)
-        sum += find_turn(p, k);
+        if (k != left)
+            sum += find_turn(p, k);
     const double length = rope->length ? kmp_expr_value_at(rope->length, p->r->parameter_values, 0) : sum;
-    if (rope->length && rope->kind == KMP_ROPE_PULLS && !may_leave(rope) && length < sum - SHORT * sum)
+    if (rope->length && rope->kind == KMP_ROPE_PULLS && left < 0 && length < sum - SHORT * sum)
         kmp_reader_complain(p->r, rope->place,
                             "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",
                             rope->name, sum, length);
@@ -540,7 +637,7 @@ void kmp_settle_ropes(kmp_reader *r)
     kmp_pose_all(model, q, poses);
     for (int k = 0; k < model->rope_count; k++) {
         const size_t count = (size_t)model->ropes[k].count;
-        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k]};
+        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k], .without = -1};
         p.centre = kmp_arena_alloc(&r->scratch, count, sizeof *p.centre);
         p.along = kmp_arena_alloc(&r->scratch, count, sizeof *p.along);
         p.length = KMP_ARENA_NEW(&r->scratch, double, count);

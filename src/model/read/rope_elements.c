@@ -100,6 +100,31 @@ static void add_tension(rewriting *w, const rope *own)
     add_entry(w, own, taut && !is_elastic(own) ? "loops" : "contacts", own->name, entry);
 }
 
+static bool rubs(const kmp_yaml *place)
+{
+    return kmp_yaml_get(place, "round") && kmp_yaml_get(place, "friction");
+}
+
+/* The name of the friction at a place, after the rope's name: with the number of the place where the rope has several.
+ */
+static const char *friction_name(const rewriting *w, const rope *own, const char *name, int k)
+{
+    int count = 0;
+    for (int i = 0; i < own->along->count; i++)
+        count += rubs(own->along->items[i]);
+    return count > 1 ? kmp_reader_say(w->r, "%s_friction_%d", name, k + 1) : kmp_reader_say(w->r, "%s_friction", name);
+}
+
+/* The tension behind a sheave: the tension of the last part, less the friction of all sheaves behind it. */
+static const char *tension_behind(const rewriting *w, const rope *own, int k)
+{
+    const char *sum = kmp_reader_say(w->r, "tension(%s)", own->own);
+    for (int i = own->along->count - 1; i > k; i--)
+        if (rubs(own->along->items[i]))
+            sum = kmp_reader_say(w->r, "%s - lambda(%s)", sum, friction_name(w, own, own->own, i));
+    return sum;
+}
+
 /* Friction on the sheave at a place, from 0. */
 static void add_friction(rewriting *w, const rope *own, int k)
 {
@@ -111,39 +136,34 @@ static void add_friction(rewriting *w, const rope *own, int k)
     const char *factor =
         groove ? kmp_reader_say(w->r, "(%s)/sin((%s)/2)", mu, groove) : kmp_reader_say(w->r, "(%s)", mu);
     const char *power = kmp_reader_say(w->r, "%s*wrap(%s.%d)", factor, own->own, k + 1);
+    const char *behind = tension_behind(w, own, k);
     kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, place), *friction = kmp_yaml_new(arena, KMP_YAML_MAP, place);
     kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, place);
-    kmp_yaml_append(arena, levels, NULL,
-                    word(w, place, kmp_reader_say(w->r, "(exp(%s) - 1)*tension(%s)", power, own->own)));
-    kmp_yaml_append(arena, levels, NULL,
-                    word(w, place, kmp_reader_say(w->r, "(1 - exp(-%s))*tension(%s)", power, own->own)));
+    kmp_yaml_append(arena, levels, NULL, word(w, place, kmp_reader_say(w->r, "(exp(%s) - 1)*(%s)", power, behind)));
+    kmp_yaml_append(arena, levels, NULL, word(w, place, kmp_reader_say(w->r, "(1 - exp(-%s))*(%s)", power, behind)));
     kmp_yaml_put(arena, friction, place, "force", levels);
     kmp_yaml_put(arena, entry, place, "sliding", word(w, place, kmp_reader_say(w->r, "slide(%s.%d)", own->own, k + 1)));
     kmp_yaml_put(arena, entry, place, "friction", friction);
-    add_entry(w, own, "forces", kmp_reader_say(w->r, "%s_friction", own->name), entry);
+    add_entry(w, own, "forces", friction_name(w, own, own->name, k), entry);
 }
 
-/* The level of a second sheave would need the force on the first one, which no level has. */
+/* A rigid contact has no multiplier that a level could have: it is among the forces of its modes. */
 static void add_frictions(rewriting *w, const rope *own)
 {
     const char *slack = text_of(own, "slack");
-    int found = -1;
-    for (int k = 0; k < own->along->count; k++) {
+    for (int k = own->along->count - 1; k >= 0; k--) {
         const kmp_yaml *sheave = own->along->items[k];
-        if (!kmp_yaml_get(sheave, "round") || !kmp_yaml_get(sheave, "friction"))
+        if (!rubs(sheave))
             continue;
-        if (found >= 0 || (!is_elastic(own) && !(slack && strcmp(slack, "no") == 0))) {
+        if (!is_elastic(own) && !(slack && strcmp(slack, "no") == 0)) {
             kmp_reader_complain(w->r, sheave->place,
-                                found >= 0 ? "rope '%s': one sheave of a rope may have friction"
-                                           : "rope '%s': friction on a sheave is for an elastic rope, or for an "
-                                             "inextensible one with 'slack: no'",
+                                "rope '%s': friction on a sheave is for an elastic rope, or for an inextensible one "
+                                "with 'slack: no'; no level of friction has the force of a rigid contact",
                                 own->name);
             return;
         }
-        found = k;
+        add_friction(w, own, k);
     }
-    if (found >= 0)
-        add_friction(w, own, found);
 }
 
 /* -- wheels with grip ---------------------------------------------------------------------------------- */
