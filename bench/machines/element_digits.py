@@ -3,14 +3,26 @@
 """Digits of problems with ropes, belts, gears and bearings by closed forms in 40 digits (mpmath), from statics and Newton's laws alone:
 
     element_digits unwound_string > element_unwound_string.csv
+    element_digits bungee > element_bungee.csv
+    element_digits capstan > element_capstan.csv
+    element_digits tackle > element_tackle.csv
+    element_digits timing_belt > element_timing_belt.csv
+    element_digits winch > element_winch.csv
+    element_digits pendulum_on_a_peg > element_pendulum_on_a_peg.csv
+    element_digits bevel_differential > element_bevel_differential.csv
+    element_digits worm > element_worm.csv
+    element_digits lossy_pair > element_lossy_pair.csv
+    element_digits elastic_backlash > element_elastic_backlash.csv
+    element_digits clutch > element_clutch.csv
+    element_digits slider_crank_loads > element_slider_crank_loads.csv
 
-NAME is a function of this file; `element_digits` alone writes all tables into this folder.
+Without a name it writes all tables into this folder.
 """
 import contextlib
 import pathlib
 import sys
 
-from mpmath import acos, asin, atan, cos, exp, findroot, mp, mpf, pi, quad, sin, sqrt, tan
+from mpmath import atan, cos, exp, findroot, mp, mpf, pi, quad, sin, sqrt, tan
 
 from digit_table import Table
 

@@ -185,7 +185,7 @@ char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, con
 {
     kempe_context *aside = kmp_context_new_below(r->model->context); /* its message becomes part of the reader's */
     char *text = NULL;
-    kempe_status status = !aside                ? KEMPE_E_MEMORY
+    kempe_status status = !aside                 ? KEMPE_E_MEMORY
                           : kmp_is_element(path) ? kmp_element_read(aside, path, &text, length)
                                                  : kmp_file_read(aside, kind, path, &text, length);
     if (status == KEMPE_E_MEMORY)

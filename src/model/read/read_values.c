@@ -7,9 +7,9 @@
 #include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
-#include "model/read/read_ports.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
+#include "model/read/read_ports.h"
 #include "model/read/read_states.h"
 #include "model/read/reading.h"
 #include <math.h>

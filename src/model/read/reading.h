@@ -28,17 +28,17 @@ typedef struct kmp_key {
 
 /** One inclusion of a file. */
 typedef struct kmp_include_instance {
-    int file, parent;            /* of the model's files: its own, and the including one */
-    const char *prefix;          /* of all its names */
-    const kmp_yaml *at, *offset; /* its ground: a body or a point, NULL the ground; the distance from it */
+    int file, parent;              /* of the model's files: its own, and the including one */
+    const char *prefix;            /* of all its names */
+    const kmp_yaml *at, *offset;   /* its ground: a body or a point, NULL the ground; the distance from it */
     const kmp_yaml *root, *source; /* as it is merged; as it was read, before ports are bound */
     const kmp_yaml *ports;         /* that it declares, names and kinds; NULL: none */
     const kmp_yaml **bound;        /* what they are bound to, in their order */
     kmp_base base;                 /* of a robot in another format */
-    bool limits;     /* its limits of joints are stops */
-    bool foreign;    /* it is in another format */
-    bool leaves_out; /* parts of it by name */
-    int ground;      /* the point that represents its ground, once bodies are read */
+    bool limits;                   /* its limits of joints are stops */
+    bool foreign;                  /* it is in another format */
+    bool leaves_out;               /* parts of it by name */
+    int ground;                    /* the point that represents its ground, once bodies are read */
 } kmp_include_instance;
 
 typedef struct kmp_linkage kmp_linkage;
