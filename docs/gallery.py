@@ -23,7 +23,7 @@ GROUPS = (  # title, examples; an example in no group is an error
                         "double_four_bar n_four_bar andrews toggle_press flexible_pendulum unbalanced_shaft"),
     ("Spatial mechanisms", "bennett bricard slider_crank_spatial spatial_slider_crank flexible_slider_crank n_four_bar_spatial governor flexible_blade"),
     ("Robots", "parallel_robot stewart delta_robot excavator hydraulic_excavator cart_pole stick_slip jansen_walker robot_leg flexible_robot"),
-    ("Drives", "crane scissor_lift gearbox geneva_drive valve_train planetary_gearbox clutch_start"),
+    ("Drives", "crane scissor_lift gearbox geneva_drive ratchet_jack valve_train planetary_gearbox clutch_start"),
     ("Rolling on surfaces", "bowling_ball"),
     ("Cars", "quarter_car quarter_car_on_tyre ride car_axis double_wishbone suspension half_shaft limousine"),
     ("Wheels on rails", "cooperrider wheelset rolling_wheel restrained_wheelset manchester conicity manchester_vehicle curving bogie bogie_track tram flexible_car"),

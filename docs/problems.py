@@ -56,6 +56,7 @@ PARTS = (
         ("Clutch start of a drive line", "polynomials between events, 30 digits", "clutch_start/clutch_start", "clutch_start/reference", "1e-12"),
         ("Half shaft of a steered wheel", "geometry and a quadrature, 30 digits", "half_shaft/half_shaft", "half_shaft/reference", "1e-12"),
         ("Scissor lift that a winch raises", "energy and moment of momentum of the whole lift", "scissor_lift/scissor_lift", "scissor_lift/reference", "1e-12"),
+        ("Ratchet jack", "circles of the pawls", "ratchet_jack/ratchet_jack", "ratchet_jack/reference", "1e-10"),
         ("Quarter car", "sum of four modes, 40 digits", "quarter_car/quarter_car", "quarter_car/reference", "1e-12"),
         ("Grashof four-bar", "integral over the crank angle, 40 digits", "four_bar/four_bar", "four_bar/reference", "1e-12"),
         ("The same with spatial hinges", "integral over the crank angle, 40 digits", "four_bar/four_bar_spatial", "four_bar/reference", "1e-12"),

@@ -1101,12 +1101,29 @@ def geneva_drive():
     return p
 
 
+def ratchet_jack():
+    """At the start."""
+    teeth, outer, root, length, out = 24, 0.06, 0.052, 0.04, 0.004
+    p = Picture("A ratchet jack: wheel, lever and pawls, rack with the load")
+    rim = [at((0, 0), 2 * math.pi * k / teeth, corner) for k in range(teeth) for corner in ((outer, 0), (root, 0))]
+    p.curve("wheel", *rim, rim[0], shift=(118, 90))
+    p.body("lever", (-0.13, -length), (-root - out, -length), (0, 0), shift=(-70, 26))
+    p.body("pawl", (root + out, length), (root, 0), shift=(-78, 0))
+    p.body("pawl", (-root - out, -length), (-root, 0), shift=(-34, 0))
+    p.body("rack", (-0.025, -0.09), (-0.025, 0.09), shift=(0, -90))
+    p.pivot((root + out, length), None, True)
+    p.pivot((-root - out, -length))
+    p.pivot((0, 0), None, True)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
             rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg, flexible_robot,
             flexible_blade, flexible_slider_crank, flexible_pendulum, planetary_gearbox, half_shaft, unbalanced_shaft, gearbox, crane,
-            scissor_lift, clutch_start, quarter_car_on_tyre, geneva_drive, valve_train)
+            scissor_lift, clutch_start, quarter_car_on_tyre, geneva_drive, valve_train,
+            ratchet_jack)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -97,7 +97,25 @@ static const char damper[] =
     "  sun: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1e-3}, points: {O: [0, 0, 0]}}\n"              \
     "  arm: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 5e-3}}\n"
 
+#define RATCHET(torque)                                                                                                \
+    INCLUDE("ratchet", "r_", "ports: {wheel: w.C, seat: ground.S}")                                                    \
+    "ground: {points: {O: [0, 0, 0], S: {at: [0.056, 0.04, 0], axes: {x: -y, y: x}}}}\nbodies:\n"                      \
+    "  w: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 2e-3}, points: {C: [0, 0, 0]}}\n"                \
+    "forces: {m: {joint: w, torque: " torque "}, drag: {joint: w, torque: \"-0.02*qd(w)\"}}\n"
+
 static const machine machines[] = {
+    /* A slot of four follows the pin from 45 deg before the line of the axes on; tan(phi) = s sin(a)/(1 - s cos(a)). */
+    {INCLUDE("geneva", "g_",
+             "ports: {pin: crank.P, wheel: w.C, hub: w}") "ground: {points: {O: [0, 0, 0], W: [0.1, 0, 0]}}\nbodies:\n"
+                                                          "  crank: {joint: {revolute: z, at: ground.O}, mass: 1, "
+                                                          "inertia: {zz: 1e-3}, points: {P: "
+                                                          "[\"0.1 m*sin(45 deg)\", 0, 0]}}\n"
+                                                          "  w: {joint: {revolute: z, at: ground.W}, mass: 1, inertia: "
+                                                          "{zz: 2e-4}, points: {C: [0, 0, 0]}}\n"
+                                                          "drives: {m: {joint: crank, angle: \"10*t - 90 deg\"}}\n",
+     (0.3 + 1.5707963267948966) / 10, "q(w)", -0.78539816339744831 - 0.57215091711003, 1e-9},
+    /* The tip of the pawl is 52 mm from the axis of the wheel, 40 mm from its seat: two circles. */
+    {RATCHET("2"), 1, "q(w)", 0.0038565746105650, 1e-9},
     /* Ramp of the torque to 20 N m in 0.1 s; both sticks from 17/31 s on, and the load of the joint is then 4.5 N m. */
     {clutch, 1, "force(c_plates)", -4.5, 1e-9},
     {clutch, 1, "c_heat", 512.838709677419, 1e-7},
