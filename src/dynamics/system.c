@@ -22,6 +22,7 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/data/run_settings.h"
 #include "model/data/spherical.h"
 #include "model/data/state.h"
@@ -200,6 +201,16 @@ bool kmp_system_rescale(kempe_system *s)
                 const kmp_point *point = &model->points[model->closures[c].point[k]];
                 s->reach = fmax(s->reach, reach[point->body] + norm3(point->at));
             }
+    /* A rope is a sum over its places. */
+    for (int r = 0; reach && r < model->rope_count; r++) {
+        double path = 0;
+        for (int k = 0; k < model->ropes[r].count; k++) {
+            const kmp_rope_place *place = &model->ropes[r].places[k];
+            const kmp_point *point = &model->points[place->point];
+            path += reach[point->body] + norm3(point->at) + fabs(place->radius.value * place->wrap);
+        }
+        s->reach = fmax(s->reach, path);
+    }
     kmp_free(reach);
     return reach;
 }
