@@ -79,7 +79,7 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->text = text ? kmp_strdup(text) : NULL;
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
-    int flags = kmp_bytes_take_int(b, 0, 512 * KMP_ROLE_END - 1);
+    int flags = kmp_bytes_take_int(b, 0, 1024 * KMP_ROLE_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;

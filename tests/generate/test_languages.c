@@ -158,6 +158,33 @@ static void refuse_rubbing(void)
     kempe_model_free(model);
 }
 
+/* Copies of outlines, and levels of friction by another friction. */
+static void refuse_text(const char *text, bool simulator, const char *sentence)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_OK);
+    if (model)
+        refuse(model, (kempe_generate_options){.language = "c", .simulator = simulator}, sentence);
+    kempe_model_free(model);
+}
+
+static void refuse_elements(void)
+{
+    refuse_text(
+        "kempe: 1\noutlines: {star: {closed: yes, copies: 4, path: [[0.06, 0], [0.05, 0]]}}\n"
+        "ground: {points: {O: [0, 0, 0]}}\nbodies: {d: {joint: {motions: [T1, T2], at: ground}, mass: 1, points: "
+        "{P: [0.1, 0, 0]}}}\n"
+        "contacts: {pin: {point: d.P, on: {outline: star, at: ground.O}, restitution: 0}}\n",
+        true, "the contact 'pin' has the outline 'star' with copies, which is not supported there");
+    refuse_text(
+        "kempe: 1\nground: {points: {O: [0, 0, 0], Q: [1, 0.2, 0]}}\nbodies:\n"
+        "  a: {joint: {prismatic: y, at: ground}, mass: 1, points: {P: [-0.1, -1, 0]}}\n"
+        "  b: {joint: {prismatic: y, at: ground}, mass: 1, points: {P: [1.1, -1, 0]}}\n"
+        "ropes: {r: {along: [a.P, {round: ground.O, radius: 0.1, turn: right, friction: 0.2}, {round: ground.Q, "
+        "radius: 0.1, turn: right, friction: 0.1}, b.P], slack: no}}\n",
+        false, "the level of 'r_friction_2' depends on the friction 'r_friction_3'");
+}
+
 static void refusals(void)
 {
     kempe_model *model = NULL;
@@ -165,6 +192,7 @@ static void refusals(void)
     if (!model)
         return;
     refuse_rubbing();
+    refuse_elements();
     refuse(model, (kempe_generate_options){.language = "fortran"},
            "unknown language 'fortran'; languages are c, casadi, jax, octave, python, torch");
     refuse(model, (kempe_generate_options){.form = "short"}, "unknown form 'short'");

@@ -902,6 +902,9 @@ static void refused(void)
          "friction on a sheave is for an elastic rope, or for an inextensible one with 'slack: no'"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, groove: 0.5}, b.P]",
          "groove belongs to friction"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, friction: 0.1, groove: 200 deg}, b.P], slack: "
+         "no",
+         "is 200 deg: it is at most 180 deg, a flat rim"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, turns: 0.5}, b.P]", "turns of rope 'r' is 0.5"},
         {"along: [ground.E, b.P], preload: 10", "preload belongs to a rope with 'stiffness' or 'axial_stiffness'"},
         {"along: [ground.E, b.P], stiffness: 10, preload: 10, length: 2", "the preload follows from 'length'"},

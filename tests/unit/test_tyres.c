@@ -395,6 +395,22 @@ static void derivatives_follow_parameters(void)
     kempe_context_free(context);
 }
 
+/* Tangential forces jump where a road has a kink: its derivatives are refused. */
+static void kinks_have_no_derivatives(void)
+{
+    loaded l = load_text("kempe: 1\nground: {points: {O: [0, 0, 0]}}\nroads: {street: {at: ground.O, height: "
+                         "\"0.05*max(x - 1, 0)\"}}\n"
+                         "tyres: {T: {on: street, at: wheel.C, model: brush, radius: 0.3, vertical_stiffness: 2e5, "
+                         "tread_stiffness: 1e7, half_length: 0.06, friction: 0.9}}\n"
+                         "bodies: {wheel: {joint: {motions: [T1, T3, R2], at: ground.O}, mass: 100, inertia: {yy: 2}, "
+                         "points: {C: [0, 0, 0.295]}}}\n");
+    const kempe_sensitivity_options options = {.outputs = "q"};
+    kempe_sensitivity *s = NULL;
+    CHECK(kempe_sensitivity_new(l.model, &options, &s) == KEMPE_E_ARGUMENT && !s);
+    CHECK(strstr(kempe_context_message(l.context), "the road 'street' of the tyre 'T' has a height with kinks"));
+    unload(&l);
+}
+
 /* Instances of an ensemble, lanes of one program together, are runs of models with these numbers. */
 static void instances_are_runs(void)
 {
@@ -629,6 +645,7 @@ int main(void)
     TEST(a_height_is_a_plane);
     TEST(all_formulations_agree);
     TEST(derivatives_follow_parameters);
+    TEST(kinks_have_no_derivatives);
     TEST(instances_are_runs);
     TEST(a_wheel_stands);
     TEST(joints_carry_tyres);

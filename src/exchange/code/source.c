@@ -20,6 +20,7 @@
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/outline.h"
 #include "model/data/output_table.h"
 #include "model/data/state.h"
 #include "model/language/expression.h"
@@ -110,6 +111,36 @@ static kempe_status check_bodies(const kempe_model *model, const char *names)
     return KEMPE_OK;
 }
 
+/* Generated equations have no force of a friction that slips. */
+static kempe_status refuse_frictions_in_levels(const kempe_model *model)
+{
+    for (int k = 0; k < model->force_count; k++)
+        for (int c = 0; c < model->closure_count; c++)
+            if (model->closures[c].kind == KMP_CLOSURE_friction && model->closures[c].force != k &&
+                kmp_force_depends_on_closure(&model->forces[k], c))
+                return kmp_fail(
+                    model->context, KEMPE_E_ARGUMENT,
+                    "generated code: the level of '%s' depends on the friction '%s', which is not supported "
+                    "there; a unit with the library simulates it: kempe fmu --binary",
+                    model->forces[k].name, model->closures[c].name);
+    return KEMPE_OK;
+}
+
+/* Conditions on conditions decide which copies are nearest: simulators do not follow them at the start. */
+static kempe_status refuse_copies(const kempe_model *model)
+{
+    for (int c = 0; c < model->outline_contact_count; c++)
+        for (int k = 0; k < 2; k++) {
+            const kmp_outline *outline = model->outline_contacts[c].outline[k];
+            if (outline && outline->copies > 1)
+                return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                                "generated simulators: the contact '%s' has the outline '%s' with copies, which is not "
+                                "supported there; a unit with the library simulates it: kempe fmu --binary",
+                                model->outline_contacts[c].name, outline->name);
+        }
+    return KEMPE_OK;
+}
+
 /* Sets whose rows are elements or outputs of the model, which may have none. */
 static kempe_status check_rows(const kempe_model *model, unsigned sets)
 {
@@ -188,8 +219,10 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
     choice->scheme = schemes[choice->scene.scheme];
     if (name && strcmp(choice->scheme, name) != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
+    KMP_TRY(refuse_frictions_in_levels(model));
     if (g->simulator) {
         KMP_TRY(kmp_refuse_delays(model, "generated simulators", KMP_INSTEAD_OF_DELAY));
+        KMP_TRY(refuse_copies(model));
         kmp_simulated_choose(model, choice);
         return KEMPE_OK;
     }

@@ -10,6 +10,7 @@
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
 #include "model/data/model.h"
+#include "model/data/touch.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/zip_archive.h"
@@ -435,6 +436,18 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     return kmp_made(made->context, binary && !binary->failed);
 }
 
+/* An importer that integrates the equations does not pass from one piece to the next. */
+static kempe_status refuse_outlines(const kempe_model *model)
+{
+    return model->outline_contact_count == 0
+               ? KEMPE_OK
+               : kmp_fail(
+                     model->context, KEMPE_E_ARGUMENT,
+                     "functional mock-up units with equations: the contact '%s' changes the pieces of its outline, "
+                     "which is not supported in model exchange; a unit with the library simulates it: --binary",
+                     model->outline_contacts[0].name);
+}
+
 static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     const kempe_generate_options generation = {.size = sizeof generation, .language = "c", .simulator = 1};
@@ -442,6 +455,7 @@ static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const
     KMP_TRY(read_options(made, o));
     if (plan->on_library)
         return make_on_library(made, model, o);
+    KMP_TRY(refuse_outlines(model));
     KMP_TRY(kempe_code_new(model, &generation, &made->code));
     plan->source = kmp_code_source_of(made->code);
     kmp_unit_token(plan->token, plan);

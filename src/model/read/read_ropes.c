@@ -27,6 +27,8 @@
 /* Sine of the angle of a span out of the plane of its sheave, 5 deg, beyond which its direction is in doubt. */
 #define OBLIQUE 0.087
 
+#define HALF_TURN 3.14159265358979323846
+
 static const kmp_key rope_keys[] = {
 #include "model/keys/rope_keys.def"
     {0}};
@@ -66,8 +68,12 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
     if (friction && (!kmp_read_number(c->r, friction, of[0], KMP_DIM_NUMBER, &number) ||
                      !kmp_check_rule(c->r, friction, of[0], KMP_FIELD_NOT_NEGATIVE, number.value, "")))
         return false;
-    return !groove || (kmp_read_number(c->r, groove, of[1], kmp_key_dimension(place_keys, "groove"), &number) &&
-                       kmp_check_rule(c->r, groove, of[1], KMP_FIELD_POSITIVE, number.value, ""));
+    if (groove && (!kmp_read_number(c->r, groove, of[1], kmp_key_dimension(place_keys, "groove"), &number) ||
+                   !kmp_check_rule(c->r, groove, of[1], KMP_FIELD_POSITIVE, number.value, "")))
+        return false;
+    return !groove || number.value <= HALF_TURN ||
+           kmp_reader_complain(c->r, groove->place, "%s is %.6g deg: it is at most 180 deg, a flat rim", of[1],
+                               number.value * 180 / HALF_TURN);
 }
 
 /* The sheave that the rope may leave. */
