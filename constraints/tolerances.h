@@ -678,8 +678,8 @@
 
 /* -- cams --------------------------------------------------------------------------------------------- */
 
-/** A cam pulls its follower where its force is below minus this part of the largest one of a run: less is rounding of
- * a force that only becomes zero. */
+/** An ideal cam pulls its follower where the negative force exceeds this part of the largest force of a run. Smaller
+ * negative forces are rounding. */
 #define KMP_PULLING_FORCE 1e-9
 
 /* -- tables of wheel-rail contact --------------------------------------------------------------------- */

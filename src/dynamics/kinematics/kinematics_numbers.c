@@ -488,8 +488,8 @@ KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
 }
 
 /* The multiplier of friction that sticks is its force in every mode: in laws by its mode; in outputs runs put it among
- * the multipliers. A level has the force of frictions that
- * are written before it only, so that there is no circle. */
+ * the multipliers. A level has only the forces of frictions
+ * that are written before it: levels then never depend on each other in a circle. */
 KMP_NOINLINE static kmp_ref multiplier(const kmp_tree *tree, int closure, int component)
 {
     const kmp_closure *c = &tree->model->closures[closure];

@@ -15,10 +15,10 @@
 /* Over the distance at which nothing touches: a border is passed by this, so that a body at rest on it stays on one
  * side. The neighbour's distance differs by the square of it. */
 #define LAG 1e-12
-/* Of the sine of the angle between copies. */
+/* Rounding of the sine of the angle between copies. */
 #define FOLD_LAG 1e-12
-/* Of the depth of the solid: behind the first part a circle is on the other side of it; one that comes as deep as the
- * second has passed through the surface. */
+/* Parts of the depth of the solid. A circle deeper than the first one is on the other side of it; a circle as deep as
+ * the second one has passed through the surface. */
 #define OTHER_SIDE 0.5
 #define INSIDE     0.45
 

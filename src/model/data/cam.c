@@ -25,7 +25,7 @@ const char *const kmp_cam_law_words[KMP_CAM_LAWS] = {
 #define MS_K 0.14002478837788934
 #define MT_A 4.88812376281325855
 #define MT_W 12.5663706143591730 /* 4 pi */
-/* Of the trapezoid: its rate and place at 1/8, at 3/8 and at 5/8. */
+/* Rate and place of the modified trapezoid at 1/8, 3/8 and 5/8 of its angle. */
 #define MT_V1 (MT_A / MT_W)
 #define MT_S1 (MT_A * (0.125 / MT_W - 1 / (MT_W * MT_W)))
 #define MT_V2 (MT_V1 + MT_A / 4)

@@ -74,7 +74,7 @@ typedef struct binding {
     const kmp_include_instance *instance;
 } binding;
 
-/* The node in place of one of the file: of a scalar that is `port.NAME` and nothing more. */
+/* Returns what a port is bound to, for a scalar that is `port.NAME` and nothing more. */
 static const kmp_yaml *bound_to(void *user, const kmp_yaml *node)
 {
     const binding *b = user;

@@ -472,7 +472,7 @@ typedef struct start_path {
     int without;                               /* the place that the rope is off; -1: none */
 } start_path;
 
-/* The place after another one of the path that the rope has, and before it. */
+/* The next place on the path of a rope, and the one before. Places that the rope is off do not count. */
 static int next_of(const start_path *p, int k)
 {
     const int count = p->rope->count, next = (k + 1) % count;
