@@ -347,8 +347,8 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
 
 /** Writes a self-contained HTML page: the mechanism moving up to the end of the run, all outputs over time with their
  * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
- * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). As all functions
- * ..._write_report it is in libraries built with KEMPE_REPORT, the default. */
+ * monitoring. KEMPE_E_IO: the path cannot be written. As all functions ..._write_report it is in libraries built with
+ * KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
 /** 1: a model or a mesh was read from this file with the context, also as a part of another one; 0: none was. Functions
