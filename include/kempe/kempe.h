@@ -73,9 +73,9 @@
 
 KEMPE_BEGIN
 
-#define KEMPE_VERSION       "0.1.0"
+#define KEMPE_VERSION       "0.2.0"
 #define KEMPE_VERSION_MAJOR 0
-#define KEMPE_VERSION_MINOR 1
+#define KEMPE_VERSION_MINOR 2
 #define KEMPE_VERSION_PATCH 0
 
 /** The version of the library that runs, as KEMPE_VERSION is the version of the header; never NULL. */
