@@ -21,7 +21,7 @@ class Kempe < Formula
   end
 
   def install
-    system "cmake", "-G", "Ninja", "-S", ".", "-B", "build", "-DBUILD_SHARED_LIBS=ON", "-DKEMPE_TESTS=OFF", *std_cmake_args
+    system "cmake", "-G", "Ninja", "-S", ".", "-B", "build", "-DBUILD_SHARED_LIBS=ON", "-DKEMPE_TESTS=OFF", "-DKEMPE_UMFPACK=OFF", *std_cmake_args
     system "cmake", "--build", "build"
     system "cmake", "--install", "build"
   end
