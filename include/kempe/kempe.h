@@ -351,6 +351,12 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
  * KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
+/** Writes the moving mechanism as one binary file of glTF 2.0, `path` ending with .glb: a node for each body with its
+ * shape, and an animation by the rows of the run; m, y up, against gravity. KEMPE_E_ARGUMENT: another ending, or the
+ * model has flexible bodies, one of which is named. KEMPE_E_FAILED: the run has no rows. KEMPE_E_IO: the path cannot be
+ * written. It is in libraries built with KEMPE_REPORT, too. */
+KEMPE_API kempe_status kempe_trajectory_write_animation(const kempe_trajectory *trajectory, const char *path);
+
 /** 1: a model or a mesh was read from this file with the context, also as a part of another one; 0: none was. Functions
  * that write files refuse such a file with KEMPE_E_ARGUMENT, so that no result destroys what it was made from. */
 KEMPE_API int kempe_context_is_source(const kempe_context *context, const char *path);

@@ -568,10 +568,17 @@ static kempe_status print_comparison(scene *s)
     return status;
 }
 
-/* With libraries of a line each. */
 static kempe_status write_report(scene *s)
 {
     return kempe_comparison_write_report(s->comparison, s->csv);
+}
+
+static kempe_status write_animation(scene *s)
+{
+    static const char file[] = "/tmp/kempe_memory_scene.glb";
+    const kempe_status status = kempe_trajectory_write_animation(s->trajectory, file);
+    (void)remove(file);
+    return status;
 }
 
 /* -- the loop -------------------------------------------------------------------------------------- */
@@ -622,7 +629,8 @@ static const named_stage stages[] = {{"read", read_model},
                                      {"write tables", write_rows},
                                      {"compare", compare},
                                      {"print comparison", print_comparison},
-                                     {"write report", write_report}};
+                                     {"write report", write_report},
+                                     {"write animation", write_animation}};
 
 static void every_allocation_fails(void)
 {
