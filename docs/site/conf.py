@@ -36,6 +36,7 @@ html_css_files = ["katex/katex.min.css", "style.css"]
 html_copy_source = False
 html_use_index = False
 html_show_sphinx = False
+html_show_search_summary = False  # a browser fetches no page of a file
 html_math_renderer = "katex"
 # The theme as Debian has it knows no dark colours: these are those of result pages (src/report/web/report.css).
 DARK = {"foreground-primary": "#e6eaec", "foreground-secondary": "#b3bdc3", "foreground-muted": "#9aa6ad", "foreground-border": "#6b767d",

@@ -35,7 +35,8 @@ def missing():
 def pages():
     return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/*.md")),
             *sorted(ROOT.glob("examples/*/*.ipynb")), ROOT / "examples/README.md", ROOT / "bench/README.md",
-            ROOT / "bench/results/million.md"]
+            ROOT / "bench/results/million.md", ROOT / "third_party/README.md",
+            ROOT / "CHANGELOG.md", ROOT / "SECURITY.md", ROOT / "CONTRIBUTING.md"]
 
 
 def groups():
@@ -112,21 +113,25 @@ def stage(folder):
         (folder / name).write_text(staged(ROOT / name, text))
 
 
+def sphinx(folder, out, check=False):
+    """The pages of a folder as a site; its exit code."""
+    build = ["-b", "dummy", "-t", "check", "-j", "1"] if check else ["-b", "html", "-j", "2"]
+    command = [SPHINX, "-q", "-W", "--keep-going", *build, "-c", SITE, "-d", f"{folder}/.cache", folder, out]
+    return subprocess.run(command, env={**os.environ, "KATEX": str(KATEX)}).returncode
+
+
 def main(arguments):
     if missing():
         print("not installed:", ", ".join(missing()))
         return 77
     out = pathlib.Path(arguments[0]).resolve()
+    check = "--check" in arguments and "KEMPE_FULL" not in os.environ
     with tempfile.TemporaryDirectory() as folder:
         stage(pathlib.Path(folder))
-        check = "--check" in arguments and "KEMPE_FULL" not in os.environ
-        build = ["-b", "dummy", "-t", "check", "-j", "1"] if check else ["-b", "html", "-j", "2"]
-        command = [SPHINX, "-q", "-W", "--keep-going", *build, "-c", SITE, "-d", f"{folder}/.cache",
-                   folder, out]
-        done = subprocess.run(command, env={**os.environ, "KATEX": str(KATEX)})
-    if done.returncode == 0 and not check:
+        status = sphinx(folder, out, check)
+    if status == 0 and not check:
         print(f"{out}/index.html")
-    return done.returncode
+    return status
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ KEMPE_API const double *kempe_assembly_qd(const kempe_assembly *assembly);
 KEMPE_API kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text);
 
 /** Writes a self-contained HTML page: the mechanism as assembled, the printed result. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+ * cannot be written. */
 KEMPE_API kempe_status kempe_assembly_write_report(const kempe_assembly *assembly, const char *path);
 
 typedef struct kempe_check kempe_check;

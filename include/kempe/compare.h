@@ -41,14 +41,8 @@ KEMPE_API kempe_status kempe_comparison_table(const kempe_comparison *comparison
                                               kempe_table **table);
 
 /** Writes a self-contained HTML page: summary, plots, animation of the mechanism, all runs. The recommended run and the
- * best run of each other formulation are repeated with monitoring. KEMPE_E_IO: the path cannot be written, or an error
- * of kempe_report_check. */
+ * best run of each other formulation are repeated with monitoring. KEMPE_E_IO: the path cannot be written. */
 KEMPE_API kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, const char *path);
-
-/** KEMPE_OK if reports can be made on this system. three.js and Chart.js are taken from /usr/share/javascript, or from
- * the folder in the environment variable KEMPE_JAVASCRIPT. KEMPE_E_IO: the message names the missing library and its
- * package. */
-KEMPE_API kempe_status kempe_report_check(kempe_context *context);
 
 KEMPE_END
 #endif

@@ -160,8 +160,7 @@ KEMPE_API kempe_status kempe_statistics_table(const kempe_statistics *statistics
                                               kempe_table **table);
 
 /** Writes a self-contained HTML page: columns of "instances" over the first varied value. With quantities it has a
- * histogram of each, with bars of what its scatter comes from. KEMPE_E_IO: the path cannot be written, or an error of
- * kempe_report_check (compare.h). */
+ * histogram of each, with bars of what its scatter comes from. KEMPE_E_IO: the path cannot be written. */
 KEMPE_API kempe_status kempe_ensemble_result_write_report(const kempe_ensemble_result *batch, const char *path);
 
 /* -- result folders --------------------------------------------------------------------------------- */

@@ -75,7 +75,7 @@ KEMPE_API kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibr
 KEMPE_API kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text);
 
 /** Writes a self-contained HTML page: the equilibria one after another, the printed result. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+ * cannot be written. */
 KEMPE_API kempe_status kempe_equilibrium_write_report(const kempe_equilibrium *equilibrium, const char *path);
 
 KEMPE_END

@@ -81,8 +81,7 @@ KEMPE_API kempe_status kempe_fit_print(const kempe_fit *fit, kempe_format format
 KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion with the data,
- * residuals, and the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check
- * (compare.h). */
+ * residuals, and the printed result. KEMPE_E_IO: the path cannot be written. */
 KEMPE_API kempe_status kempe_fit_write_report(const kempe_fit *fit, const char *path);
 
 KEMPE_END

@@ -75,7 +75,7 @@ KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_f
 KEMPE_API kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the prescribed motion, all columns of "rows" as curves. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+ * cannot be written. */
 KEMPE_API kempe_status kempe_inverse_write_report(const kempe_inverse *inverse, const char *path);
 
 /** Names the actuators of a workspace: `count` coordinates on which they act, with weights of their forces (positive;

@@ -73,9 +73,9 @@
 
 KEMPE_BEGIN
 
-#define KEMPE_VERSION       "0.1.0"
+#define KEMPE_VERSION       "0.2.0"
 #define KEMPE_VERSION_MAJOR 0
-#define KEMPE_VERSION_MINOR 1
+#define KEMPE_VERSION_MINOR 2
 #define KEMPE_VERSION_PATCH 0
 
 /** The version of the library that runs, as KEMPE_VERSION is the version of the header; never NULL. */
@@ -347,9 +347,15 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
 
 /** Writes a self-contained HTML page: the mechanism moving up to the end of the run, all outputs over time with their
  * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
- * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). As all functions
- * ..._write_report it is in libraries built with KEMPE_REPORT, the default. */
+ * monitoring. KEMPE_E_IO: the path cannot be written. As all functions ..._write_report it is in libraries built with
+ * KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
+
+/** Writes the moving mechanism as one binary file of glTF 2.0, `path` ending with .glb: a node for each body with its
+ * shape, and an animation by the rows of the run; m, y up, against gravity. KEMPE_E_ARGUMENT: another ending, or the
+ * model has flexible bodies, one of which is named. KEMPE_E_FAILED: the run has no rows. KEMPE_E_IO: the path cannot be
+ * written. It is in libraries built with KEMPE_REPORT, too. */
+KEMPE_API kempe_status kempe_trajectory_write_animation(const kempe_trajectory *trajectory, const char *path);
 
 /** 1: a model or a mesh was read from this file with the context, also as a part of another one; 0: none was. Functions
  * that write files refuse such a file with KEMPE_E_ARGUMENT, so that no result destroys what it was made from. */

@@ -65,7 +65,7 @@ KEMPE_API kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics
 KEMPE_API kempe_status kempe_kinematics_write_picture(const kempe_kinematics *kinematics, const char *path);
 
 /** Writes a self-contained HTML page: the positions moving, all columns of "rows" as curves. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+ * cannot be written. */
 KEMPE_API kempe_status kempe_kinematics_write_report(const kempe_kinematics *kinematics, const char *path);
 
 KEMPE_END

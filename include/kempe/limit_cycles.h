@@ -64,7 +64,8 @@ KEMPE_API kempe_status kempe_limit_cycles_table(const kempe_limit_cycles *cycles
  * points and folds (.svg, .png). */
 KEMPE_API kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, const char *path);
 
-/** Writes a self-contained HTML page: the diagram, and the printed result. KEMPE_E_IO as kempe_report_check. */
+/** Writes a self-contained HTML page: the diagram, and the printed result. KEMPE_E_IO: the path
+ * cannot be written. */
 KEMPE_API kempe_status kempe_limit_cycles_write_report(const kempe_limit_cycles *cycles, const char *path);
 
 KEMPE_END

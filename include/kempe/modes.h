@@ -69,7 +69,8 @@ KEMPE_API kempe_status kempe_modes_table(const kempe_modes *modes, const char *n
  * KEMPE_E_ARGUMENT: nothing was swept. */
 KEMPE_API kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *path);
 
-/** Writes a self-contained HTML page: the modes, and an animation of each. KEMPE_E_IO as kempe_report_check. */
+/** Writes a self-contained HTML page: the modes, and an animation of each. KEMPE_E_IO: the path cannot be
+ * written. */
 KEMPE_API kempe_status kempe_modes_write_report(const kempe_modes *modes, const char *path);
 
 KEMPE_END

@@ -66,7 +66,7 @@ KEMPE_API kempe_status kempe_optimum_print(const kempe_optimum *optimum, kempe_f
 KEMPE_API kempe_status kempe_optimum_table(const kempe_optimum *optimum, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the parameters of the optimum, its outputs over
- * time, the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */
+ * time, the printed result. KEMPE_E_IO: the path cannot be written. */
 KEMPE_API kempe_status kempe_optimum_write_report(const kempe_optimum *optimum, const char *path);
 
 KEMPE_END

@@ -52,7 +52,7 @@ KEMPE_API kempe_status kempe_response_table(const kempe_response *response, cons
 KEMPE_API kempe_status kempe_response_write_picture(const kempe_response *response, const char *path);
 
 /** Writes a self-contained HTML page: amplitudes and phases over the frequency. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+ * cannot be written. */
 KEMPE_API kempe_status kempe_response_write_report(const kempe_response *response, const char *path);
 
 KEMPE_END

@@ -142,17 +142,14 @@ class Reported(Result):
     def write_report(self, path: str | os.PathLike[str]) -> None:
         """Writes the page as one file of HTML.
 
-        Raises FileError if the file cannot be written or a library of the page is missing. Raises ArgumentError if the run was read
-        from it."""
+        Raises FileError if the file cannot be written. Raises ArgumentError if the run was read from it."""
         status, message = self._context.guarded(
             getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, path_of(path)
         )
         self._context.refuse(status, message)
 
     def report(self) -> Page:
-        """The page; a notebook shows it.
-
-        Raises FileError if a library of the page is missing."""
+        """The page; a notebook shows it."""
         return Page(text_written(self.write_report, "report.html"))
 
 

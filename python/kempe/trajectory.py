@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
@@ -10,7 +11,7 @@ from .arrays import Array, numbers, view, writable
 from .display import trajectory_html
 from .errors import ArgumentError, Error
 from .lazy import np
-from .options import text_of, utf8
+from .options import path_of, text_of, utf8
 from .result import Judged, Reported, TableOf
 from .stepper import State
 from .table import Table, column_name
@@ -43,6 +44,13 @@ class Trajectory(Judged, Reported):
 
     def __len__(self) -> int:
         return int(lib.kempe_trajectory_row_count(self._pointer))
+
+    def write_animation(self, path: str | os.PathLike[str]) -> None:
+        """Writes the moving mechanism as a binary file of glTF 2.0, `.glb`, for Blender and other programs; m, y up.
+
+        Raises ArgumentError if the path ends otherwise, the model has flexible bodies, or the run was read from the file. Raises FailedError if the
+        run has no rows. Raises FileError if the file cannot be written."""
+        self._context.check(lib.kempe_trajectory_write_animation, self._pointer, path_of(path))
 
     @property
     def t(self) -> NDArray[np.float64]:

@@ -18,7 +18,6 @@ LEFT_OUT = {
     "kempe_table_name_units": "units are attributes of tables",
     "kempe_model_input_find": "names of inputs are a dict",
     "kempe_outputs_find": "names of outputs are a tuple",
-    "kempe_report_check": "writing a report checks the same",
     "kempe_trajectory_time": "the column t of the rows",
     "kempe_workspace_evaluate_states": "by python_evaluate_states, which reads states as the other functions of rows do",
     "kempe_workspace_forward_states": "by python_forward_states",

@@ -83,7 +83,7 @@ bool cli_is_page(const char *file);
 void cli_lacks_wing(const char *wing);
 
 /** KEMPE_OK where pages can be written; otherwise the message is in the context, or was printed. */
-kempe_status cli_check_report(const cli_job *j);
+kempe_status cli_check_report(void);
 
 /** Computes, prints and writes the files. */
 kempe_status cli_run_study(const cli_job *j, const cli_study *study);

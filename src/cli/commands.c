@@ -30,6 +30,7 @@ static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajecto
 TABLE(kempe_comparison, "runs")
 REPORT_WRITER(kempe_comparison_write_report)
 REPORT_WRITER(kempe_trajectory_write_report)
+REPORT_WRITER(kempe_trajectory_write_animation)
 REPORT_WRITER(kempe_assembly_write_report)
 
 /* With the running safety of vehicles. */
@@ -45,7 +46,7 @@ STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), .table = 
       .files = {REPORT(kempe_assembly_write_report)})
 STUDY(branches, kempe_branches, kempe_branches_new(j->system, s->seed, result), .table = NULL)
 STUDY(simulate, kempe_trajectory, simulate_judged(j->system, &s->run, result), .table = kempe_trajectory_rows,
-      .files = {REPORT(kempe_trajectory_write_report)})
+      .files = {REPORT(kempe_trajectory_write_report), ANIMATION(kempe_trajectory_write_animation)})
 STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result), .table = kempe_comparison_rows,
       .files = {REPORT(kempe_comparison_write_report)})
 
@@ -204,6 +205,7 @@ const cli_command cli_commands[] = {
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
      "  kempe simulate examples/andrews/andrews.yaml --report andrews.html\n"
+     "  kempe simulate examples/four_bar/four_bar.yaml --animation four_bar.glb\n"
      "  kempe simulate examples/andrews/andrews.yaml --plot andrews.svg --y 'q(beta), force(spring)'\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n"

@@ -150,7 +150,7 @@ static bool is_complete(kempe_status status)
 kempe_status cli_gather(const cli_job *j)
 {
     const cli_settings *s = j->settings;
-    kempe_status status = s->report ? cli_check_report(j) : KEMPE_OK;
+    kempe_status status = s->report ? cli_check_report() : KEMPE_OK;
 #ifdef KEMPE_REPORT
     if (status == KEMPE_OK && s->report)
         status = kempe_folder_write_report(j->folder, j->model, s->report);

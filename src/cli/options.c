@@ -32,6 +32,7 @@ typedef enum option_kind {
     OPTION_ARRAYS,
     OPTION_PICTURE,
     OPTION_PAGE,
+    OPTION_SCENE,
     OPTION_UNIT,
     OPTION_MODES,
     OPTION_KINDS
@@ -47,6 +48,7 @@ static const struct {
                          [OPTION_ARRAYS] = {.ending = ".npz, .mat"},
                          [OPTION_PICTURE] = {.ending = ".svg, .png"},
                          [OPTION_PAGE] = {.ending = ".html, .htm"},
+                         [OPTION_SCENE] = {.ending = ".glb"},
                          [OPTION_UNIT] = {.ending = ".fmu"},
                          [OPTION_MODES] = {.ending = ".npz"}};
 
@@ -393,6 +395,8 @@ static const option options[] = {
     {CLI_FIT, PAGE("the mechanism moving, the data as points on the fitted motion, residuals below")},
     {CLI_OPTIMIZE, PAGE("the mechanism moving at the optimum, its outputs over time, the searches")},
     {CLI_SIMULATE, PAGE("the mechanism moving, time histories of all outputs, accuracy of the run")},
+    {CLI_SIMULATE, IN_OUTPUT, "animation", VALUE(SCENE, animation), "FILE",
+     "write the mechanism moving, as glTF for Blender and other programs: .glb"},
     {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},
     {CLI_CONTACT, DRAWING("the contact positions, creepages and forces")},
     {CLI_LINEARIZE, IN_OUTPUT, "output", VALUE(ARRAYS, output), "FILE",

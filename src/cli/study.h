@@ -53,11 +53,16 @@
         return type##_table(object, name, table);                                                                      \
     }
 
-/* Files that `--report` asks for: none in a build without pages, where cli_run_study refuses the option. */
+/* Files that `--report` and `--animation` ask for: none in a build without pages, where cli_run_study refuses the
+ * options. */
 #ifdef KEMPE_REPORT
 #define REPORT(function)                                                                                               \
     {                                                                                                                  \
         AT(report), any_##function                                                                                     \
+    }
+#define ANIMATION(function)                                                                                            \
+    {                                                                                                                  \
+        AT(animation), any_##function                                                                                  \
     }
 #define REPORT_WRITER WRITER
 #else
@@ -65,6 +70,7 @@
     {                                                                                                                  \
         0, NULL                                                                                                        \
     }
+#define ANIMATION REPORT
 #define REPORT_WRITER(function)
 #endif
 

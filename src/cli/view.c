@@ -66,7 +66,7 @@ static char *choose_path(const char *model)
 static kempe_status write_page(const cli_job *j, const char *path)
 {
     kempe_assembly *start = NULL;
-    kempe_status status = cli_check_report(j);
+    kempe_status status = cli_check_report();
     if (status == KEMPE_OK)
         status = kempe_assembly_new(j->system, &start);
     cli_report_failure(j, status, start != NULL);

@@ -9,72 +9,7 @@
 #include "output/plot.h"
 #include "output/print.h"
 #include "report/motion_picture.h"
-#include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-
-/* -- libraries --------------------------------------------------------------------------------------- */
-
-static const struct library {
-    const char *mark, *name, *package;
-    const char *files[2]; /* below a folder */
-} libraries[] = {{"/*THREE*/", "three.js", "libjs-three", {"three/three.min.js", "three.min.js"}},
-                 {"/*CHART*/", "Chart.js", "libjs-chart.js", {"chart.js/chart.min.js", "chart.min.js"}}};
-
-enum { LIBRARIES = sizeof libraries / sizeof *libraries };
-
-/* The variable names a folder to look in instead. */
-static const char variable[] = "KEMPE_JAVASCRIPT", usual[] = "/usr/share/javascript";
-
-/* Takes the first file that can be read; errors of the others are discarded. */
-static kempe_status read_library(kempe_context *context, const struct library *l, char **text)
-{
-    const char *own = getenv(variable), *folder = own && *own ? own : usual;
-    size_t length;
-    for (int k = 0; k < 2; k++) {
-        kmp_text path = {0};
-        kmp_text_printf(&path, "%s/%s", folder, l->files[k]);
-        kempe_status status =
-            path.failed ? KEMPE_E_MEMORY : kmp_file_read(context, KMP_FILE_SCRIPT, path.s, text, &length);
-        kmp_text_free(&path);
-        kmp_context_clear(context);
-        if (status != KEMPE_E_IO)
-            return status == KEMPE_OK ? KEMPE_OK : kmp_fail_memory(context);
-    }
-    return kmp_fail(context, KEMPE_E_IO,
-                    "a report needs %s, but '%s' is missing in %s: install the Debian package %s, or give its folder "
-                    "in the environment variable %s",
-                    l->name, l->files[0], folder, l->package, variable);
-}
-
-kempe_status kempe_report_check(kempe_context *context)
-{
-    KMP_WANTED(NULL, context, "context");
-    kmp_context_clear(context);
-    for (int k = 0; k < LIBRARIES; k++) {
-        char *text = NULL;
-        KMP_TRY(read_library(context, &libraries[k], &text));
-        kmp_free(text);
-    }
-    return KEMPE_OK;
-}
-
-/* The text of an external script. A sequence that would end it, or open a comment of the page, gets a backslash. It can
- * occur only within strings and regular expressions, where this changes nothing. */
-static void put_script(kmp_text *text, const char *script)
-{
-    while (*script) {
-        size_t length = strcspn(script, "<");
-        kmp_text_printf(text, "%.*s", (int)length, script);
-        script += length;
-        if (!*script)
-            break;
-        bool ends = strncasecmp(script, "</script", 8) == 0, opens = strncmp(script, "<!--", 4) == 0;
-        kmp_text_put(text, ends || opens ? "<\\" : "<");
-        script++;
-    }
-    kmp_text_put(text, "\n");
-}
 
 /* -- the file ---------------------------------------------------------------------------------------- */
 
@@ -92,6 +27,13 @@ static void put_all(kmp_text *text, const char *const *lines)
 {
     for (; *lines; lines++)
         kmp_text_put(text, *lines);
+}
+
+/* A library of others (third_party), whose last line need not end. */
+static void put_library(kmp_text *text, const char *const *pieces)
+{
+    put_all(text, pieces);
+    kmp_text_put(text, "\n");
 }
 
 /* Lines of scripts that begin with this mark are only for pages with flexible bodies. */
@@ -113,17 +55,8 @@ static void put_scripts(kmp_text *text, const char *const *const *scripts, bool 
 }
 
 /* A line, or what it is the mark of. */
-static kempe_status put_line(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind, const char *line)
+static void put_line(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind, const char *line)
 {
-    for (int k = 0; k < LIBRARIES; k++)
-        if (is_mark(line, libraries[k].mark)) {
-            char *script = NULL;
-            KMP_TRY(read_library(page->context, &libraries[k], &script));
-            KMP_TRY(kmp_made(page->context, script));
-            put_script(text, script);
-            kmp_free(script);
-            return KEMPE_OK;
-        }
     if (is_mark(line, "<!--TITLE-->")) {
         kmp_text_put(text, "<title>");
         kmp_text_escape(text, page->system->model->name);
@@ -134,6 +67,10 @@ static kempe_status put_line(kmp_text *text, const kmp_result_page *page, const 
         put_all(text, kmp_stage_html);
     } else if (is_mark(line, "<!--RECORDS-->")) {
         put_all(text, kmp_records_html);
+    } else if (is_mark(line, "/*THREE*/")) {
+        put_library(text, kmp_three_min_js);
+    } else if (is_mark(line, "/*CHART*/")) {
+        put_library(text, kmp_chart_min_js);
     } else if (is_mark(line, "/*SCRIPT*/")) {
         const bool flexible = page->system->model->flexible_count > 0;
         put_scripts(text, common, flexible);
@@ -145,18 +82,16 @@ static kempe_status put_line(kmp_text *text, const kmp_result_page *page, const 
     } else {
         kmp_text_put(text, line);
     }
-    return KEMPE_OK;
 }
 
-static kempe_status put_page(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind)
+static void put_page(kmp_text *text, const kmp_result_page *page, const kmp_page_kind *kind)
 {
     for (const char *const *line = kmp_report_html; *line; line++)
         if (is_mark(*line, "<!--SECTIONS-->"))
             for (const char *const *own = kind->view->sections; *own; own++)
-                KMP_TRY(put_line(text, page, kind, *own));
+                put_line(text, page, kind, *own);
         else
-            KMP_TRY(put_line(text, page, kind, *line));
-    return KEMPE_OK;
+            put_line(text, page, kind, *line);
 }
 
 /* -- the page ---------------------------------------------------------------------------------------- */
@@ -211,7 +146,6 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
 static kempe_status make_page(kmp_result_page *page, const kmp_page_kind *kind, const kempe_system *system,
                               const void *result, const char *path)
 {
-    KMP_TRY(kempe_report_check(page->context));
     if (system)
         KMP_TRY(kmp_page_take(page, system));
     kmp_json_object(&page->data, NULL);
@@ -221,11 +155,8 @@ static kempe_status make_page(kmp_result_page *page, const kmp_page_kind *kind, 
         kind->view->put(page);
     put_rest(page, kind);
     kmp_text text = {.failed = page->data.text->failed};
-    kempe_status status = put_page(&text, page, kind);
-    if (status == KEMPE_OK)
-        return kmp_file_write(page->context, path, &text);
-    kmp_text_free(&text);
-    return status;
+    put_page(&text, page, kind);
+    return kmp_file_write(page->context, path, &text);
 }
 
 kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,

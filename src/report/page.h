@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The page of a result: a single file that needs no others, with the result in words, the mechanism moving, and
- * curves, runs over time or tables as the kind of result has them. three.js and Chart.js are taken from where the
- * system has them. */
+ * curves, runs over time or tables as the kind of result has them. three.js and Chart.js come from third_party. */
 #pragma once
 
 #include "base/json.h"
@@ -20,6 +19,9 @@ extern const char *const kmp_scene_canvas_js[], *const kmp_journal_paths_js[], *
 extern const char *const kmp_running_vehicle_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_js[], *const kmp_scene_flexible_js[], *const kmp_joint_reactions_js[];
 extern const char *const kmp_force_arrows_js[], *const kmp_range_strip_js[];
+
+/** Libraries of others, in pieces of lines; neither contains what would end a script of a page (third_party/renew). */
+extern const char *const kmp_three_min_js[], *const kmp_chart_min_js[];
 
 /** A number with a name, in words; beyond its limit it takes the trust from the result. */
 typedef struct kmp_page_fact {
@@ -91,8 +93,8 @@ typedef struct kmp_page_kind {
     kempe_status (*fill)(kmp_result_page *page, const void *result);
 } kmp_page_kind;
 
-/** Writes a page whole or not at all. system NULL: `fill` makes a separate one. KEMPE_E_IO with a sentence that names
- * the package of a missing library; KEMPE_E_MEMORY; errors of `fill`. */
+/** Writes a page whole or not at all. system NULL: `fill` makes a separate one. KEMPE_E_IO: the path cannot be
+ * written; KEMPE_E_MEMORY; errors of `fill`. */
 kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, const kempe_system *system,
                             const void *result, const char *path);
 

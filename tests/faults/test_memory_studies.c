@@ -2,7 +2,6 @@
 /* ctest: slow once 7 */
 /* Every allocation fails once (test_memory.c), of the studies of a system. */
 #include "exhaust.h"
-#include "javascript_folder.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
@@ -549,9 +548,7 @@ static void every_allocation_fails(void)
     CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_simulate(s.system, &run, &s.trajectory) == KEMPE_OK);
-    CHECK(make_libraries(s.context));
     exhaust_all(&s, stages, sizeof stages / sizeof *stages, 13);
-    remove_libraries();
     kempe_trajectory_free(s.trajectory);
     kempe_system_free(s.system);
     kempe_model_free(s.model);

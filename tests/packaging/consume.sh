@@ -91,6 +91,13 @@ by_pkg_config()
     LD_LIBRARY_PATH=$libraries "$work/cpp"
 }
 
+# Programs of one minor version run with all its patches.
+check_soname()
+{
+    version=$(sed -n 's/^project(kempe VERSION \([0-9]*[.][0-9]*\).*/\1/p' "$SOURCE/CMakeLists.txt")
+    objdump -p "$1" | grep -q "SONAME *libkempe[.]so[.]$version$" || { echo "$1 is not libkempe.so.$version"; exit 1; }
+}
+
 # A shared library shows what begins with kempe_ and nothing else.
 check_symbols()
 {
@@ -137,6 +144,7 @@ shared)
     "$work/prefix/bin/kempe" --version
     takes_private "$(find "$work/prefix" -name libkempe.so)"
     check_symbols "$(find "$work/prefix" -name 'libkempe.so')"
+    check_soname "$(find "$work/prefix" -name 'libkempe.so')"
     by_cmake -DCMAKE_PREFIX_PATH="$work/prefix"
     by_pkg_config
     ;;
