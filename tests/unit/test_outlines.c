@@ -5,6 +5,8 @@
 #include "ways.h"
 #include <kempe/table.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -268,6 +270,72 @@ static void a_disc_leaves_a_round_corner(void)
     }
 }
 
+/* A disc rolls over the end of a table without slip, and turns about its corner: the pieces are one contact that stays
+ * closed, and its place in the stick goes on from one to the next. */
+static void a_disc_rolls_over_a_corner(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(PLANE "outlines: {table: {rectangle: [2, 1], at: [-1, -0.5]}}\n" FREE(
+            "disc", "1", "0.005") "contacts: {c: {cylinder: disc.C, radius: 0.1, on: {outline: table, at: ground.O}, "
+                                  "restitution: 0, friction: 3}}\n"
+                                  "start: {q: {x: -0.1, y: 0.1}, qd: {x: 0.3, r: -3}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.5);
+        const double loose = 1e2 * ways[k].tolerance, tilt = atan2(last_q(run)[0], last_q(run)[1]);
+        const double turning = 9 + 2 * 9.81 * 0.1 * (1 - cos(tilt)) / (0.005 + 0.01);
+        CHECK(l.model && l.model->outline_contacts[0].count == 1 && entry(run, "impact", 0) == NULL);
+        CHECK(tilt > 0.4);
+        CHECK_NEAR(hypot(last_q(run)[0], last_q(run)[1]), 0.1, loose);
+        CHECK_NEAR(last_q(run)[2], -1 - tilt, loose);
+        CHECK_NEAR(last_qd(run)[2], -sqrt(turning), 10 * loose);
+        CHECK_NEAR(at_end(run, "force(c)"), 9.81 * cos(tilt) - 0.1 * turning, 1e3 * loose);
+        CHECK_NEAR(at_end(run, "qdd(r)"), -9.81 * 0.1 * sin(tilt) / 0.015, 1e3 * loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+static int operations_of(const loaded *l)
+{
+    char *text = NULL;
+    CHECK(l->system && kempe_system_print(l->system, KEMPE_VIEW_STATS, KEMPE_TEXT, &text) == KEMPE_OK);
+    const char *found = text ? strstr(text, ", ") : NULL;
+    const int count = found ? atoi(found + 2) : 0;
+    kempe_text_free(text);
+    return count;
+}
+
+/* The equations of a regular polygon: their operations hardly grow with the edges, and a disc that falls on one of 40
+ * edges strikes as on its plane. */
+static void many_edges_cost_little(void)
+{
+    int operations[2];
+    for (int k = 0; k < 2; k++) {
+        const int edges = k ? 40 : 4;
+        char text[8192];
+        int at = snprintf(text, sizeof text, PLANE "outlines: {o: {polygon: [");
+        for (int i = 0; i < edges; i++)
+            at += snprintf(text + at, sizeof text - (size_t)at, "%s[%.17g, %.17g]", i ? ", " : "",
+                           0.5 * cos(2 * pi * (i + 0.5) / edges), 0.5 * sin(2 * pi * (i + 0.5) / edges));
+        (void)snprintf(text + at, sizeof text - (size_t)at,
+                       "]}}\n" FREE("disc", "1", "0.005") "contacts: {c: {cylinder: disc.C, radius: 0.1, on: {outline: "
+                                                          "o, at: ground.O}, restitution: 0, friction: 0.1}}\n"
+                                                          "start: {q: {y: 0.7}}\n");
+        loaded l = load_text(text);
+        CHECK(l.model && l.model->outline_contacts[0].count == 1);
+        operations[k] = operations_of(&l);
+        kempe_trajectory *run = simulate(&l, &ways[0], 0.3);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        const double height = 0.5 * cos(pi / edges) + 0.1;
+        CHECK(impact != NULL);
+        if (impact)
+            CHECK_NEAR(impact->t, sqrt(2 * (0.7 - height) / 9.81), 1e-12);
+        CHECK_NEAR(last_q(run)[1], height, 1e-12);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    CHECK(operations[0] > 0 && operations[1] < 4 * operations[0]);
+}
+
 /* A disc rests in a hollow corner of 90 degrees on two compliant pieces: each carries m g/sqrt(2). */
 static void a_law_acts_on_pieces(void)
 {
@@ -346,7 +414,7 @@ static void refused(void)
          "point: b.P, on: {outline: o, at: ground.O}, law: hunt_crossley, stiffness: 1e6, restitution: 0.5",
          "laws with 'impact' keep one rate"},
         {"path: [[1, 0], [0.5, 0.1]], closed: yes, copies: 100",
-         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and pieces"},
+         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and sides"},
         {"circle: 0.1", "point: b.P, at: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "the key 'at' does not belong to a 'point'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -374,6 +442,8 @@ int main(void)
     TEST(a_grain_slides_to_the_floor);
     TEST(pieces_join_without_a_jump);
     TEST(a_disc_leaves_a_round_corner);
+    TEST(a_disc_rolls_over_a_corner);
+    TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
     TEST(an_included_outline_has_its_prefix);
     TEST(refused);

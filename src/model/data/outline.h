@@ -37,6 +37,7 @@ typedef struct kmp_piece {
     double normal[2];         /* out of the solid, where the piece begins */
     kmp_outline_joint joint;  /* at its end */
     int corner;               /* the edge, from 1, behind which this is a corner; 0: it is none */
+    int run;                  /* its convex run, from 0 */
 } kmp_piece;
 
 /** Pieces follow each other; a closed outline returns from the last one to the first, of the next copy. */
@@ -47,8 +48,9 @@ typedef struct kmp_outline {
     bool closed, hollow; /* hollow: as the key says */
     int copies;
     double round;
-    int piece_count;
-    kmp_piece *pieces;   /* of one copy */
+    int piece_count, run_count;
+    kmp_piece *pieces;   /* of one copy; those of a run follow each other on the border of one convex shape: a circle
+                            touches one of them at a time */
     struct kmp_cam *cam; /* (cam.h); NULL: it consists of pieces */
 } kmp_outline;
 
@@ -82,9 +84,10 @@ typedef struct kmp_outline_part {
     /** Of the first piece of copies: the last one of the other nearest copy, with whose border it begins where that
      * copy is before its own; NULL: its own border. */
     const struct kmp_outline_part *before;
-    bool either;  /* of an arc of more than half a turn: one of both borders suffices */
-    double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
-    double away;  /* the distance that the contact has where the piece does not count */
+    struct kmp_outline_part *next; /* the further pieces of the same contact, of one run; NULL: none */
+    bool either;                   /* of an arc of more than half a turn: one of both borders suffices */
+    double depth;                  /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
+    double away;                   /* the distance that the contact has where the piece does not count */
 } kmp_outline_part;
 
 /** The pieces of edges that follow each other counter-clockwise about the solid: edges, and arcs at convex corners. A

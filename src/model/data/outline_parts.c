@@ -4,15 +4,12 @@
  * of the solid. The line that halves a corner is a further border where the other side of the corner is near the line
  * across the end. */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "model/data/outline.h"
 #include <math.h>
 #include <string.h>
 
 #define TURN 6.28318530717958647692
-/* Of its length, by which a piece continues beyond a corner into the solid, where both sides of the corner touch. */
-#define BEYOND 1e-3
-/* Cosine of the turn of a corner, beyond which the surface behind it is away from the line across its end. */
-#define OBTUSE 0.5
 /* Directions that look for the far side of the solid, for each piece. */
 enum { RAYS = 33 };
 
@@ -41,7 +38,7 @@ static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piec
     kmp_piece_tangent(piece, at_end, own);
     kmp_piece_tangent(other, !at_end, next);
     const double turn = own[0] * next[0] + own[1] * next[1];
-    if (turn > OBTUSE)
+    if (turn > KMP_OUTLINE_OBTUSE)
         return NULL;
     const double size = hypot(own[0] + next[0], own[1] + next[1]), side = at_end ? 1 : -1;
     for (int i = 0; i < 2; i++)
@@ -60,7 +57,7 @@ static double ray_to(const double place[2], const double along[2], const kmp_pie
     if (!piece->arc) {
         kmp_piece_tangent(piece, false, t);
         const double across = along[0] * t[1] - along[1] * t[0];
-        if (fabs(across) < 1e-12)
+        if (fabs(across) < KMP_OUTLINE_STRAIGHT)
             return INFINITY;
         const double far = -(x * t[1] - y * t[0]) / across;
         const double s = (x + far * along[0]) * t[0] + (y + far * along[1]) * t[1];
@@ -97,7 +94,7 @@ static double depth_of(const kmp_outline *outline, const kmp_outline_part *part,
         for (int copy = 0; copy < outline->copies; copy++)
             for (int i = 0; i < outline->piece_count; i++) {
                 const kmp_piece other = kmp_piece_copy(outline, i, copy);
-                far = fmin(far, ray_to(place, inward, &other, 1e-9 * size));
+                far = fmin(far, ray_to(place, inward, &other, KMP_WRITTEN_DIGITS * size));
             }
         const double exit[2] = {place[0] + far * inward[0], place[1] + far * inward[1]};
         if (far < INFINITY && !is_beyond(part->high[1], exit) && !is_beyond(part->high[2], exit))
@@ -153,7 +150,7 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
             part->low = *shared;
         return;
     }
-    const double shift = joint == KMP_OUTLINE_CONCAVE ? BEYOND * length_of(piece) : 0;
+    const double shift = joint == KMP_OUTLINE_CONCAVE ? KMP_OUTLINE_BEYOND * length_of(piece) : 0;
     const kmp_outline_border *border =
         border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outlines that are cams, and ideal followers on them. */
 #include "model/read/read_cams.h"
+#include "constraints/tolerances.h"
 #include "model/data/angle_sum.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
@@ -14,8 +15,6 @@
 
 #define TURN   6.28318530717958647692
 #define DEGREE (TURN / 360)
-/* Written angles and lifts have nine digits. */
-#define ROUNDING 1e-9
 
 static const kmp_key part_keys[] = {
 #include "model/keys/cam_part_keys.def"
@@ -57,7 +56,7 @@ bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node
                                    "%s: the table '%s' must be a spline with 'periodic: yes': the profile has the same "
                                    "radius and slope at both ends",
                                    what, node->text);
-    if (fabs(range - TURN) > ROUNDING * TURN)
+    if (fabs(range - TURN) > KMP_WRITTEN_DIGITS * TURN)
         return kmp_reader_complain(r, node->place, "%s: the table '%s' covers %.9g deg: a cam has one turn, 360 deg",
                                    what, node->text, range / DEGREE);
     for (int k = 0; k < t->count; k++)
@@ -153,11 +152,11 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
     if (!cam->parts)
         return false;
     const double end = cam->part_count > 0 ? cam->parts[cam->part_count - 1].to : 0;
-    if (fabs(end - TURN) > ROUNDING * TURN)
+    if (fabs(end - TURN) > KMP_WRITTEN_DIGITS * TURN)
         return kmp_reader_complain(r, node->place, "%s: the last part of the law ends at %.9g deg, not at 360 deg",
                                    what, end / DEGREE);
     cam->parts[cam->part_count - 1].to = TURN;
-    if (fabs(sum) > ROUNDING * most)
+    if (fabs(sum) > KMP_WRITTEN_DIGITS * most)
         return kmp_reader_complain(r, node->place,
                                    "%s: the sum of the rises is %.6g m: it must be zero, so that the profile is closed",
                                    what, sum);

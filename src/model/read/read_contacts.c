@@ -517,8 +517,8 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
         const char *name = kmp_arena_printf(&r->model->arena, "%s.%d", s->name, k + 1);
         if (!name)
             break;
-        if (pairs[k].part)
-            pairs[k].part->name = name;
+        for (kmp_outline_part *part = pairs[k].part; part; part = part->next)
+            part->name = name;
         r->pair = &pairs[k];
         read_contact(r, s->node, s->what, add_force(r, name, s->key->place, KMP_FORCE_TOUCH));
     }
