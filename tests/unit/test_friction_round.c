@@ -126,7 +126,7 @@ static void small_motions(void)
  * there, whatever the angle. Friction holds, or is too small. */
 static void strikes_beside_the_top(void)
 {
-    static const double mu[] = {0.3, 0.05};
+    static const double mu[] = {0.3, 0.01};
     for (int k = 0; k < 2 * WAYS; k++) {
         char text[1024];
         (void)snprintf(text, sizeof text,
