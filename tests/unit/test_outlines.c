@@ -217,6 +217,34 @@ static void a_grain_slides_to_the_floor(void)
     }
 }
 
+/* A wedge falls with its corner on the corner of another one: with both sides of each, symmetric, it rebounds straight.
+ * Beside the corner it slips off along the one side that it meets. */
+static void corners_meet(void)
+{
+    for (int k = 0; k < 2 * WAYS; k++) {
+        char text[1024];
+        const bool beside = k % 2;
+        const double off = beside ? 1e-6 : 0;
+        (void)snprintf(text, sizeof text,
+                       PLANE "outlines:\n  up: {polygon: [[-0.1, -0.1], [0.1, -0.1], [0, 0]]}\n"
+                             "  down: {polygon: [[0, 0], [0.1, 0.1], [-0.1, 0.1]]}\nbodies:\n"
+                             "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                             "  wedge: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                             "contacts: {c: {outline: down, at: wedge.C, on: {outline: up, at: ground.O}, restitution: "
+                             "0.5}}\nstart: {q: {x: %g, y: 0.1}}\n",
+                       off);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k / 2], 0.2);
+        const double v = sqrt(2 * 9.81 * (0.1 + off)), t = 0.2 - v / 9.81, loose = 100 * ways[k / 2].tolerance;
+        CHECK((entry(run, "corner", 0) != NULL) == !beside);
+        /* e = 0.5 along the normal at 45 deg takes 1.5 v/2 into both directions */
+        CHECK_NEAR(last_qd(run)[0], beside ? 0.75 * v : 0, loose);
+        CHECK_NEAR(last_qd(run)[1], (beside ? -0.25 : 0.5) * v - 9.81 * t, loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* -- pieces -------------------------------------------------------------------------------------------- */
 
 /* A frictionless disc that slides along a flank into the round end of a slot has no jump of rates there: with the
@@ -440,6 +468,7 @@ int main(void)
     TEST(a_block_rocks);
     TEST(a_rod_slides_over_a_corner);
     TEST(a_grain_slides_to_the_floor);
+    TEST(corners_meet);
     TEST(pieces_join_without_a_jump);
     TEST(a_disc_leaves_a_round_corner);
     TEST(a_disc_rolls_over_a_corner);

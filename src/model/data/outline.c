@@ -258,6 +258,11 @@ double kmp_piece_distance(const kmp_piece *piece, const double place[2])
     return within ? fabs(kmp_piece_height(piece, place)) : fmin(behind[0], behind[1]);
 }
 
+bool kmp_piece_is_sharp(const kmp_piece *piece)
+{
+    return piece->corner > 0 && piece->radius == 0;
+}
+
 bool kmp_piece_meets(const kmp_piece *piece, bool round)
 {
     return round || !piece->arc || piece->radius > 0;

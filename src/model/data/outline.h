@@ -85,14 +85,18 @@ typedef struct kmp_outline_part {
      * copy is before its own; NULL: its own border. */
     const struct kmp_outline_part *before;
     struct kmp_outline_part *next; /* the further pieces of the same contact, of one run; NULL: none */
-    bool either;                   /* of an arc of more than half a turn: one of both borders suffices */
-    double depth;                  /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
-    double away;                   /* the distance that the contact has where the piece does not count */
+    int tip[2];   /* of a piece for points: the sharp corners beyond its ends, by number from 1; 0: none */
+    bool either;  /* of an arc of more than half a turn: one of both borders suffices */
+    double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
+    double away;  /* the distance that the contact has where the piece does not count */
 } kmp_outline_part;
 
 /** The pieces of edges that follow each other counter-clockwise about the solid: edges, and arcs at convex corners. A
  * corner between straight edges that is shorter than its rounding needs is `*wrong`, from 0. */
 bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong);
+
+/** True for a convex corner without a radius. */
+bool kmp_piece_is_sharp(const kmp_piece *piece);
 
 /** A piece turned about the origin to copy k. */
 kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy);

@@ -32,7 +32,8 @@ static double length_of(const kmp_piece *piece)
 }
 
 /* The line that halves a corner, at the end or the beginning of a piece; NULL: the corner is none. */
-static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *other, bool at_end)
+static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *other, bool at_end,
+                                         double shift)
 {
     double own[2], next[2], along[2];
     kmp_piece_tangent(piece, at_end, own);
@@ -43,7 +44,7 @@ static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piec
     const double size = hypot(own[0] + next[0], own[1] + next[1]), side = at_end ? 1 : -1;
     for (int i = 0; i < 2; i++)
         along[i] = size > 0 ? side * (own[i] + next[i]) / size : 0;
-    return border_at(arena, at_end ? piece->to : piece->from, along, 0);
+    return border_at(arena, at_end ? piece->to : piece->from, along, shift);
 }
 
 /* -- the solid behind a piece -------------------------------------------------------------------------- */
@@ -141,28 +142,32 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
     const kmp_outline_joint joint = behind ? piece->joint : other ? other->joint : KMP_OUTLINE_ENDS;
     const bool around = behind ? k == outline->piece_count - 1 : k == 0;
     const bool apart = around && outline->shape == KMP_OUTLINE_PATH && outline->copies > 1;
+    const bool tip = radius == 0 && piece->corner == 0 && other && kmp_piece_is_sharp(other);
     double along[2];
     kmp_piece_tangent(piece, behind, along);
-    if (*shared) { /* the neighbour has made it */
+    part->tip[behind] = tip ? other->corner : 0;
+    if (*shared && !tip) { /* the neighbour has made it */
         if (behind)
             part->high[0] = *shared;
         else
             part->low = *shared;
         return;
     }
-    const double shift = joint == KMP_OUTLINE_CONCAVE ? KMP_OUTLINE_BEYOND * length_of(piece) : 0;
+    const double shift = joint == KMP_OUTLINE_CONCAVE ? KMP_OUTLINE_BEYOND * length_of(piece)
+                         : tip                        ? KMP_OUTLINE_CORNER * kmp_outline_size(outline)
+                                                      : 0;
     const kmp_outline_border *border =
         border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)
         part->high[0] = border;
     else
         part->low = border;
-    if (joint != KMP_OUTLINE_CONCAVE && !apart && other && (radius > 0 || joint == KMP_OUTLINE_SMOOTH))
+    if (joint != KMP_OUTLINE_CONCAVE && !apart && !tip && other && (radius > 0 || joint == KMP_OUTLINE_SMOOTH))
         *shared = border;
 }
 
 /* Halves of corners: the neighbour behind a sharp or a rounded corner is the straight piece or arc after it. */
-static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outline, int k, bool behind)
+static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outline, int k, bool behind, bool tip)
 {
     kmp_piece made, beyond;
     const int n = outline->piece_count;
@@ -171,7 +176,8 @@ static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outl
         return NULL;
     const int at = behind ? (k + 1) % n : (k + n - 1) % n;
     const kmp_piece *other = neighbour(outline, at, behind, &beyond);
-    return other ? halving(arena, &outline->pieces[k], other, behind) : NULL;
+    const double shift = tip ? KMP_OUTLINE_CORNER * kmp_outline_size(outline) : 0;
+    return other ? halving(arena, &outline->pieces[k], other, behind, shift) : NULL;
 }
 
 static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radius, const kmp_outline_fold *fold,
@@ -195,8 +201,8 @@ static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radi
         first = k == 0 ? low : first;
         last = high;
         if (part->piece.corner == 0) {
-            part->high[1] = halve(arena, outline, k, true);
-            part->high[2] = halve(arena, outline, k, false);
+            part->high[1] = halve(arena, outline, k, true, part->tip[1] > 0);
+            part->high[2] = halve(arena, outline, k, false, part->tip[0] > 0);
         }
         if (part->piece.corner == 0)
             part->depth = depth_of(outline, part, size);

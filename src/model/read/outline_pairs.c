@@ -57,12 +57,18 @@ static int parts_of(const kmp_outline *outline)
     return outline->piece_count * (outline->copies > 1 ? 2 : 1);
 }
 
-/* Contacts of a circle: with each run; with a law, whose numbers may depend on the radius, with each piece. */
+/* Contacts of a circle with each run: neighbours at a sharp corner, which both touch a point there, are in different
+ * ones. */
+enum { TURNS = 3 };
+
+/* A bound on the contacts of a circle: with each run; with a law, whose numbers may depend on the radius, with each
+ * piece. */
 static int contacts_of(const kmp_outline *outline, bool law)
 {
     if (!outline)
         return 1;
-    return law ? parts_of(outline) : outline->run_count * (outline->copies > 1 ? 2 : 1);
+    const int pieces = parts_of(outline), runs = TURNS * outline->run_count * (outline->copies > 1 ? 2 : 1);
+    return law || pieces < runs ? pieces : runs;
 }
 
 static bool has_law(const kmp_yaml *map)
@@ -105,17 +111,27 @@ static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other
     kmp_outline_part *parts = KMP_ARENA_NEW(&m->r->model->arena, kmp_outline_part, count);
     if (!parts || !kmp_outline_parts(&m->r->model->arena, other, pair.radius, parts))
         return false;
-    kmp_outline_part *last = NULL;
+    kmp_outline_part *last[TURNS] = {NULL}, *first = NULL;
+    int turn = 0;
     for (int k = 0; k < count; k++) {
-        if (!kmp_piece_meets(&parts[k].piece, pair.radius > 0) || (pair.swapped && is_circle(&parts[k].piece)))
+        kmp_outline_part *part = &parts[k];
+        if (!kmp_piece_meets(&part->piece, pair.radius > 0) || (pair.swapped && is_circle(&part->piece)))
             continue;
-        if (last && !m->law && last->piece.run == parts[k].piece.run && last->second == parts[k].second) {
-            last->next = &parts[k];
+        if (!first || m->law || first->piece.run != part->piece.run || first->second != part->second) {
+            memset(last, 0, sizeof last);
+            first = part;
+            turn = 0;
         } else {
-            pair.part = &parts[k];
+            turn = part->tip[0] > 0 ? 1 - turn : turn;
+        }
+        turn = part != first && turn == 0 && part->tip[1] > 0 && part->tip[1] == first->tip[0] ? 2 : turn;
+        if (last[turn]) {
+            last[turn]->next = part;
+        } else {
+            pair.part = part;
             m->pairs[m->count++] = pair;
         }
-        last = &parts[k];
+        last[turn] = part;
     }
     return true;
 }
