@@ -395,6 +395,38 @@ static void an_included_outline_has_its_prefix(void)
     unload(&l);
 }
 
+/* A beam that bends in the plane strikes a table as a plane, as an outline and as a circle that is large. */
+static void a_beam_strikes_an_outline(void)
+{
+    static const char *const on[] = {"{plane: ground.T, normal: y}", "{outline: table, at: ground.T}",
+                                     "{outline: disc, at: ground.T}"};
+    double angle[3] = {0}, deflection[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        char text[1024];
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {T: [0.8, -0.2, 0]}}\n"
+            "outlines: {table: {rectangle: [4, 1], at: [0, -0.5]}, disc: {circle: 1e9, at: [0, -1e9]}}\n"
+            "bodies: {arm: {joint: {name: a, revolute: z, at: ground}, flexible: {beam: {length: 0.8, young: "
+            "70e9, density: 2700, section: {rectangle: [0.02, 0.01]}}, shapes: {y: 2}}, points: {tip: "
+            "{station: 0.8}}}}\n"
+            "contacts: {c: {cylinder: arm.tip, axis: z, radius: 0.01, on: %s, restitution: 0%s}}\n"
+            "start: {q: {a: 0.1}}\n",
+            on[k], ", friction: 0.2");
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[0], 0.194);
+        CHECK(entry(run, "impact", 0) != NULL);
+        angle[k] = run ? last_q(run)[0] : NAN;
+        deflection[k] = run ? last_q(run)[1] : NAN;
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    for (int k = 1; k < 3; k++) {
+        CHECK_NEAR(angle[k], angle[0], 1e-7);
+        CHECK_NEAR(deflection[k], deflection[0], 1e-7);
+    }
+}
+
 /* -- refused ------------------------------------------------------------------------------------------- */
 
 static void refused(void)
@@ -408,6 +440,10 @@ static void refused(void)
          "7:15: contact 'c': a circle of radius 0.005 m does not fit into the arc of radius 0.004 m of outline 'o'"},
         {"polygon: [[0, 0], [0, 1], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "6:25: outline 'o': the corners go clockwise"},
+        {"polygon: [[0, 0], [3, 0], [3, 2], [1, -1]]",
+         "point: b.P, on: {outline: o, at: ground.O}, restitution: 0", "6:25: outline 'o': it crosses itself at (1.66667, 0) m"},
+        {"path: [[1, 0], [2, 0.1], [1, 0.3]], copies: 24", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "perhaps with a copy: take fewer 'copies'"},
         {"polygon: [[0, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "a polygon has three corners or more"},
         {"polygon: [[0, 0], [1, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
@@ -475,6 +511,7 @@ int main(void)
     TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
     TEST(an_included_outline_has_its_prefix);
+    TEST(a_beam_strikes_an_outline);
     TEST(refused);
     return check_report();
 }

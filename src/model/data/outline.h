@@ -118,6 +118,10 @@ bool kmp_piece_meets(const kmp_piece *piece, bool round);
 /** The length of the largest side of a box about the outline. */
 double kmp_outline_size(const kmp_outline *outline);
 
+/** True if a straight piece crosses another piece, of a path also of a copy: *place. Arcs that
+ * cross arcs are not found. */
+bool kmp_outline_crosses(const kmp_outline *outline, double place[2]);
+
 /** The parts of an outline for a circle of this radius, 2 for each piece of copies, otherwise 1: `parts` has room for
  * them. False: no memory. */
 bool kmp_outline_parts(kmp_arena *arena, const kmp_outline *outline, double radius, kmp_outline_part *parts);

@@ -78,6 +78,32 @@ static double ray_to(const double place[2], const double along[2], const kmp_pie
     return INFINITY;
 }
 
+bool kmp_outline_crosses(const kmp_outline *outline, double place[2])
+{
+    const double slack = KMP_WRITTEN_DIGITS * kmp_outline_size(outline);
+    const int copies = outline->shape == KMP_OUTLINE_PATH ? outline->copies : 1;
+    for (int k = 0; k < outline->piece_count; k++)
+        for (int copy = 0; copy < copies; copy++)
+            for (int i = 0; i < outline->piece_count; i++) {
+                const kmp_piece *piece = &outline->pieces[k], other = kmp_piece_copy(outline, i, copy);
+                double along[2];
+                if (piece->arc || (i == k && copy == 0))
+                    continue;
+                kmp_piece_tangent(piece, false, along);
+                const double far = ray_to(piece->from, along, &other, slack);
+                if (far >= length_of(piece) - slack)
+                    continue;
+                for (int j = 0; j < 2; j++)
+                    place[j] = piece->from[j] + far * along[j];
+                /* a corner that only touches does not cross */
+                if (hypot(place[0] - other.from[0], place[1] - other.from[1]) < slack ||
+                    hypot(place[0] - other.to[0], place[1] - other.to[1]) < slack)
+                    continue;
+                return true;
+            }
+    return false;
+}
+
 static bool is_beyond(const kmp_outline_border *border, const double place[2])
 {
     return border &&

@@ -231,7 +231,9 @@ static bool stays_parallel(const reading *c, int axis)
     const kmp_measure_argument turn[3] = {{.point = s[1].point, .axis = (axis + 1) % 3},
                                           {.point = s[0].point, .axis = (s[0].axis + 1) % 3},
                                           {.point = s[1].point, .axis = axis}};
-    return factor && is_parallel(c, axis, factor) && kmp_angle_sum(model, turn, &angle, factor);
+    return factor && is_parallel(c, axis, factor) &&
+           (kmp_angle_sum(model, turn, &angle, factor) ||
+            ((c->r->pair || s[1].shape == KMP_TOUCH_CAM) && kmp_moves_across(model, s[0].point, &turn[2])));
 }
 
 static void check_shapes(const reading *c)

@@ -314,6 +314,7 @@ static bool (*const shape_readers[KMP_OUTLINE_SHAPES])(reading *) = {
 static void read_outline(reading *c, int shape)
 {
     int wrong = -1;
+    double place[2];
     c->outline->shape = (kmp_outline_shape)shape;
     c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
     c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
@@ -323,12 +324,18 @@ static void read_outline(reading *c, int shape)
         return;
     if (c->outline->hollow)
         reverse(c);
-    if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong) && wrong >= 0)
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
-                            "%.6g m",
-                            c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
-                            c->edges[wrong].to[1], c->outline->round);
+    if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong)) {
+        if (wrong >= 0)
+            kmp_reader_complain(c->r, c->map->place,
+                                "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
+                                "%.6g m",
+                                c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
+                                c->edges[wrong].to[1], c->outline->round);
+        return;
+    }
+    if (kmp_outline_crosses(c->outline, place))
+        kmp_reader_complain(c->r, c->node->place, "%s: it crosses itself at (%.6g, %.6g) m%s", c->what, place[0],
+                            place[1], c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
 }
 
 void kmp_read_outlines(kmp_reader *r)
