@@ -126,9 +126,9 @@ static bool are_at_corner(const kmp_contact_pair *a, const kmp_contact_pair *b)
         return false;
     for (const kmp_outline_part *x = a->side[1].piece; x; x = x->next)
         for (const kmp_outline_part *y = b->side[1].piece; y; y = y->next)
-            if (x->second == y->second &&
-                ((x->tip[0] > 0 && x->tip[0] == y->tip[1]) || (x->tip[1] > 0 && x->tip[1] == y->tip[0])))
-                return true;
+            for (int end = 0; end < 2; end++)
+                if (x->tip[end] == y->tip[1 - end] && (x->second == y->second ? x->tip[end] > 0 : x->tip[end] < 0))
+                    return true;
     return false;
 }
 

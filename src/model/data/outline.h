@@ -85,7 +85,9 @@ typedef struct kmp_outline_part {
      * copy is before its own; NULL: its own border. */
     const struct kmp_outline_part *before;
     struct kmp_outline_part *next; /* the further pieces of the same contact, of one run; NULL: none */
-    int tip[2];   /* of a piece for points: the sharp corners beyond its ends, by number from 1; 0: none */
+    /** Of a piece for points: the sharp corners beyond its ends, by number from 1; negative: between two copies. 0:
+     * none. */
+    int tip[2];
     bool either;  /* of an arc of more than half a turn: one of both borders suffices */
     double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
     double away;  /* the distance that the contact has where the piece does not count */

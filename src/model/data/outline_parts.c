@@ -171,7 +171,7 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
     const bool tip = radius == 0 && piece->corner == 0 && other && kmp_piece_is_sharp(other);
     double along[2];
     kmp_piece_tangent(piece, behind, along);
-    part->tip[behind] = tip ? other->corner : 0;
+    part->tip[behind] = !tip ? 0 : apart ? -other->corner : other->corner;
     if (*shared && !tip) { /* the neighbour has made it */
         if (behind)
             part->high[0] = *shared;
@@ -227,8 +227,8 @@ static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radi
         first = k == 0 ? low : first;
         last = high;
         if (part->piece.corner == 0) {
-            part->high[1] = halve(arena, outline, k, true, part->tip[1] > 0);
-            part->high[2] = halve(arena, outline, k, false, part->tip[0] > 0);
+            part->high[1] = halve(arena, outline, k, true, part->tip[1] != 0);
+            part->high[2] = halve(arena, outline, k, false, part->tip[0] != 0);
         }
         if (part->piece.corner == 0)
             part->depth = depth_of(outline, part, size);
