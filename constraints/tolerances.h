@@ -682,6 +682,40 @@
  * negative forces are rounding. */
 #define KMP_PULLING_FORCE 1e-9
 
+/** Written angles, over a turn, and written lifts and lengths, over the largest, are equal within this: files have nine
+ * digits. */
+#define KMP_WRITTEN_DIGITS 1e-9
+
+/* -- outlines ----------------------------------------------------------------------------------------- */
+
+/** The sine of a corner that counts as none, and over the size of an outline the height over a tangent that counts as
+ * none: both follow from places with nine digits. */
+#define KMP_OUTLINE_TANGENT 1e-8
+/** The sine of the angle of an arc through three places below which they are on a line; of the angle between two axes
+ * below which they are parallel. Both are written with nine digits. */
+#define KMP_OUTLINE_STRAIGHT 1e-9
+/** Over the size of an outline: a start that is deeper overlaps. A start that is computed from an equation has this
+ * error. */
+#define KMP_OUTLINE_DEEP 1e-8
+/** Over the length of a piece: by this it continues beyond a corner into the solid, where both sides of the corner
+ * touch. A border just in the corner would be passed by rounding. */
+#define KMP_OUTLINE_BEYOND 1e-3
+/** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Where two
+ * corners meet within it, rounding would decide which side touches: both do. */
+#define KMP_OUTLINE_CORNER 1e-9
+/** The cosine of the turn of a corner below which the surface behind it may be near the line across its end. Then the
+ * line that halves the corner is a border, too. */
+#define KMP_OUTLINE_OBTUSE 0.5
+/** Over the distance at which nothing touches: a border is passed by this, so that a body at rest on it stays on one
+ * side. The distance of the neighbour differs by the square of it. */
+#define KMP_OUTLINE_LAG 1e-12
+/** The sine of the angle between copies that is rounding. */
+#define KMP_OUTLINE_FOLD_LAG 1e-12
+/** Parts of the thickness of the solid. A circle deeper than the first one belongs to the other side; one as deep as
+ * the second one has passed through the surface, which ends the run before it counts on the other side. */
+#define KMP_OUTLINE_OTHER_SIDE 0.5
+#define KMP_OUTLINE_INSIDE     0.45
+
 /* -- tables of wheel-rail contact --------------------------------------------------------------------- */
 
 /** A conicity is resolved by the values of a table if half of them change it by at most this part of it, or of a small

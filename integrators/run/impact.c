@@ -6,11 +6,13 @@
 #include "base/text.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/force.h"
+#include "model/data/outline.h"
 #include "model/data/rope.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -115,6 +117,40 @@ static void tell_sequence(void *self, int element, double t, double since, doubl
                     words.noun, name, words.begins, end);
 }
 
+/* True if two contacts of one point are with both sides of a sharp corner. */
+static bool are_at_corner(const kmp_contact_pair *a, const kmp_contact_pair *b)
+{
+    const kmp_touch_side *s = &a->side[0], *o = &b->side[0];
+    if (!a->side[1].piece || !b->side[1].piece || a->side[1].point != b->side[1].point || s->point != o->point ||
+        s->off != o->off || s->at[0] != o->at[0] || s->at[1] != o->at[1])
+        return false;
+    for (const kmp_outline_part *x = a->side[1].piece; x; x = x->next)
+        for (const kmp_outline_part *y = b->side[1].piece; y; y = y->next)
+            for (int end = 0; end < 2; end++)
+                if (x->tip[end] == y->tip[1 - end] && (x->second == y->second ? x->tip[end] > 0 : x->tip[end] < 0))
+                    return true;
+    return false;
+}
+
+/* Points that strike a side so near to a sharp corner that rounding may decide which side they meet. */
+static void tell_corners(const kmp_runner *run, const kmp_impact_run *p, double t)
+{
+    const kmp_friction_run *x = p->friction;
+    for (int k = 0; k < p->count; k++)
+        for (int i = 0; i < x->count; i++) {
+            const kmp_friction_element *struck = kmp_impact_element(p, k), *other = &x->element[i];
+            if (p->f[k] == 0 || !struck->contact || !other->contact)
+                continue;
+            const kmp_contact_pair *a = &force_of(run, struck)->touch, *b = &force_of(run, other)->touch;
+            if (are_at_corner(a, b) &&
+                fabs(kmp_friction_at(x, other, KMP_ROLE_PLACE)) <= KMP_OUTLINE_CORNER * b->side[1].piece->away)
+                kmp_run_log_add(run->log, "corner", t, NAN, NAN,
+                                "'%s' struck a corner, where rounding decides between it and '%s'; 'round' makes it "
+                                "smooth",
+                                force_of(run, struck)->name, force_of(run, other)->name);
+        }
+}
+
 static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)
 {
     const kmp_runner *run = self;
@@ -133,6 +169,7 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
     kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: kinetic energy %s by %.4g of %.4g J",
                     names.s ? names.s : "impact", gain > 0 ? "grows" : "falls", fabs(gain), before);
     kmp_text_free(&names);
+    tell_corners(run, p, t);
 }
 
 static void tell_plastic(void *self, double t, double gain)

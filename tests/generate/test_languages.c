@@ -158,7 +158,7 @@ static void refuse_rubbing(void)
     kempe_model_free(model);
 }
 
-/* Copies of outlines, and levels of friction by another friction. */
+/* Levels of friction by another friction. */
 static void refuse_text(const char *text, bool simulator, const char *sentence)
 {
     kempe_model *model = NULL;
@@ -170,12 +170,6 @@ static void refuse_text(const char *text, bool simulator, const char *sentence)
 
 static void refuse_elements(void)
 {
-    refuse_text(
-        "kempe: 1\noutlines: {star: {closed: yes, copies: 4, path: [[0.06, 0], [0.05, 0]]}}\n"
-        "ground: {points: {O: [0, 0, 0]}}\nbodies: {d: {joint: {motions: [T1, T2], at: ground}, mass: 1, points: "
-        "{P: [0.1, 0, 0]}}}\n"
-        "contacts: {pin: {point: d.P, on: {outline: star, at: ground.O}, restitution: 0}}\n",
-        true, "the contact 'pin' has the outline 'star' with copies, which is not supported there");
     refuse_text(
         "kempe: 1\nground: {points: {O: [0, 0, 0], Q: [1, 0.2, 0]}}\nbodies:\n"
         "  a: {joint: {prismatic: y, at: ground}, mass: 1, points: {P: [-0.1, -1, 0]}}\n"

@@ -40,10 +40,10 @@ except ImportError:
     sys.exit(77)
 
 # Model and end of the simulation: exchanges of states, events, inputs, spatial loops, drives, samples, friction that sticks,
-# impacts, rows between rates.
+# impacts, rows between rates, an outline.
 MODELS = {"four_bar": 0.5, "slider_crank": 1.0, "delta_robot": 0.5, "loose_slider": 0.01, "cart_pole": 1.0,
           "driven_slider_crank": 1.0, "hydraulic_excavator": 0.3, "stick_slip": 1.0, "toggle_press": 0.5,
-          "bowling_ball": 1.5}
+          "bowling_ball": 1.5, "contact_polygon": 1.4}
 # On the library: end, and the largest difference from kempe simulate: friction that sticks, sampled control, contact.
 ON_LIBRARY = {"four_bar": (0.5, 1e-7), "stick_slip": (2.0, 1e-7), "hydraulic_excavator": (0.5, 1e-7),
               "toggle_press": (0.44, 1e-7), "cart_pole": (1.0, 1e-7), "loose_pin": (0.05, 1e-6), "driven_slider_crank": (0.5, 1e-7)}
@@ -60,6 +60,11 @@ PROCESSES = multiprocessing.get_context("forkserver")  # each from one that has 
 PROCESSES.set_forkserver_preload(["__main__"])
 failures = []
 NEW_PARSER = lark.Lark
+
+
+def place_of(model):
+    example = ROOT / f"examples/{model}/{model}.yaml"
+    return example if example.exists() else ROOT / f"tests/models/{model}.yaml"
 
 
 @functools.lru_cache(None)
@@ -95,7 +100,7 @@ class Unit:
     @classmethod
     def of_model(cls, kempe, folder, model, fmi, *options, build=False):
         file = folder / f"{model}{fmi}{len(options)}{''.join(options)}.fmu"
-        path = ROOT / f"examples/{model}/{model}.yaml"
+        path = place_of(model)
         if not options and (model, fmi) != OPTIMISED and not FULL:
             options = ("--compiler", quick_compiler(folder))
         subprocess.run([kempe, "fmu", path, "-o", file, "--fmi", str(fmi), "--quiet", *options], check=True,
@@ -235,7 +240,7 @@ def check_exports(unit):
 
 def reference(kempe, folder, model, end):
     rows = folder / "rows.csv"
-    subprocess.run([kempe, "simulate", ROOT / f"examples/{model}/{model}.yaml", "--t-end", str(end), "--rtol", "1e-11",
+    subprocess.run([kempe, "simulate", place_of(model), "--t-end", str(end), "--rtol", "1e-11",
                     "-o", rows, "--quiet"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     with open(rows) as lines:
         table = list(csv.reader(lines))

@@ -143,6 +143,106 @@ static void a_law_has_its_pressure_angle(void)
     CHECK_NEAR(most, 0.40318608966062, 1e-13);
 }
 
+/* The law's followers beside the centre line and on levers: lift, rate, acceleration, normal force and torque of the
+ * motor are those of the law, as loops and in contacts. */
+static const struct {
+    const char *follower, *turns, *joint, *foot, *wanted;
+    double base, rise, sign; /* of the lift, of the coordinate */
+} beside[] = {
+    {"roller: 8 mm, offset: 12 mm", "10 mm", "prismatic: x, at: ground.F", "0, 0, 0", "roller: 8 mm", 0, 0.01, 1},
+    {"knife: yes, offset: -9 mm", "10 mm", "prismatic: x, at: ground.B", "0, 0, 0", "knife: yes", 0, 0.01, 1},
+    {"roller: 8 mm, arm: 60 mm, pivot: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "roller: 8 mm", 0,
+     12 * 3.14159265358979323846 / 180, -1},
+    {"knife: yes, arm: -60 mm, pivot: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "knife: yes", 0,
+     12 * 3.14159265358979323846 / 180, 1}};
+
+static void followers_beside_the_centre_have_the_law(void)
+{
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 14; i++) {
+            char model[2048];
+            const bool lever = k > 1, roller = k % 2 == 0, touches = i % 2;
+            const double angle = -0.2 + 0.45 * i, radius = roller ? 0.044 : 0.036, offset = k == 0 ? 0.012 : -0.009;
+            const double base = lever ? acos((0.08 * 0.08 + 0.06 * 0.06 - radius * radius) / (2 * 0.08 * 0.06))
+                                      : sqrt(radius * radius - offset * offset);
+            const double turned = angle < 0 ? angle + 2 * pi : angle, width[2] = {pi / 3, 80 * pi / 180};
+            double lift[3], rate[3];
+            for (int d = 0; d < 3; d++) {
+                const double up = kmp_cam_law_value(KMP_CAM_CYCLOIDAL, d, turned / width[0]) / pow(width[0], d);
+                const double down =
+                    kmp_cam_law_value(KMP_CAM_POLYNOMIAL_345, d, (turned - pi) / width[1]) / pow(width[1], d);
+                lift[d] = (d == 0 ? base : 0) + beside[k].rise * (up - down);
+                rate[d] = beside[k].sign * lift[d] * pow(20, d);
+            }
+            char loop[256];
+            (void)snprintf(loop, sizeof loop,
+                           touches ? "contacts: {cam: {%s, on: {outline: disc, at: shaft.C}, restitution: 0}}"
+                                   : "loops: {cam: {follower: valve.foot, %s, on: {outline: disc, at: shaft.C}}}",
+                           !touches ? beside[k].wanted
+                           : roller ? "cylinder: valve.foot, radius: 8 mm"
+                                    : "point: valve.foot");
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\nground: {points: {F: [0, -12 mm, 0], B: [0, 9 mm, 0], P: [80 mm, 0, 0]}}\n"
+                "outlines: {disc: {law: [{to: 60 deg, rise: %s, by: cycloidal}, {to: 180 deg}, {to: 260 deg, rise: "
+                "-%s, by: polynomial_345}, {to: 360 deg}], base: 36 mm, follower: {%s}}}\nbodies:\n"
+                "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: {C: "
+                "[0, 0, 0]}}\n"
+                "  valve: {joint: {name: lift, %s}, mass: 0.5, inertia: {zz: 0.002}, points: {foot: [%s]}}\n"
+                "drives: {motor: {joint: turn, angle: \"%.17g + 20*t\"}}\nforces: {spring: {joint: lift, %s: %g}}\n"
+                "start: {q: {lift: %.17g}, qd: {lift: %.17g}}\n%s\nrun: {output_step: 0.001}\n",
+                beside[k].turns, beside[k].turns, beside[k].follower, beside[k].joint, beside[k].foot, angle,
+                lever ? "torque" : "force", -100 * beside[k].sign, rate[0], rate[1], loop);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[(i + k) % 5], 0.001);
+            CHECK_NEAR(number_of(run, "q(lift)", false), rate[0], 1e-12);
+            CHECK_NEAR(number_of(run, "qd(lift)", false), rate[1], 1e-10);
+            CHECK_NEAR(number_of(run, "qdd(lift)", false), rate[2], 1e-8);
+            const double push = (lever ? 0.002 : 0.5) * lift[2] * 400 + 100; /* along the lift */
+            CHECK_NEAR(fabs(number_of(run, "lambda(motor)", false)), fabs(push * lift[1]), 1e-8);
+            if (!lever) {
+                const double tangent = (lift[1] - offset) / lift[0];
+                CHECK_NEAR(fabs(number_of(run, "pressure_angle(cam)", false)), fabs(atan(tangent)), 1e-11);
+                CHECK_NEAR(number_of(run, "force(cam)", false), push * sqrt(1 + tangent * tangent), 1e-8);
+            }
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* The curvature of their profile is that of a sampled path at the other side of the wall of the profile. */
+static void profiles_beside_the_centre_are_right(void)
+{
+    static const char *const follower[] = {"roller: 8 mm, offset: 12 mm", "roller: 8 mm, arm: 90 mm, pivot: 80 mm"};
+    for (int k = 0; k < 2; k++) {
+        double curvature[2], place[2];
+        for (int f = 0; f < 2; f++) {
+            char model[2048];
+            const double radius = f ? 0.0080001 : 0.008;
+            (void)snprintf(
+                model, sizeof model,
+                "kempe: 1\noutlines: {disc: {law: [{to: 90 deg, rise: %s, by: cycloidal}, {to: 270 deg, rise: "
+                "-%s, by: modified_sine}, {to: 360 deg}], base: 50 mm, follower: {%s}}}\nbodies:\n"
+                "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, "
+                "points: {C: [0, 0, 0]}}\n"
+                "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, "
+                "0]}}\n"
+                "loops: {cam: {follower: valve.foot, roller: %.17g, on: {outline: disc, at: shaft.C}}}\n"
+                "drives: {motor: {joint: turn, angle: 1.1}}\nstart: {q: {lift: 62 mm}}\n",
+                k ? "6 deg" : "6 mm", k ? "6 deg" : "6 mm", follower[k], radius);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[3], 0.001);
+            const double pressure = number_of(run, "pressure_angle(cam)", false);
+            curvature[f] = 1 / number_of(run, "curvature(cam)", false);
+            place[f] = number_of(run, "q(lift)", false) - radius / cos(pressure);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        CHECK_NEAR(place[1], place[0], 1e-9);
+        CHECK_NEAR(curvature[1], curvature[0], 1e-3 * fabs(curvature[0]));
+    }
+}
+
 /* The least radius of a hollow profile: of the curvature (p^2 + 2 s'^2 - p s'')/(p^2 + s'^2)^1.5 of the path. */
 static void a_hollow_profile_is_found(void)
 {
@@ -574,6 +674,17 @@ static void refused(void)
     } cases[] = {
         {"law: [{to: 90 deg, rise: 0.01, by: cycloidal}, {to: 360 deg}], base: 0.03, follower: {knife: yes}", "",
          "model.yaml:4:12: outline 'c': the sum of the rises is 0.01 m: it must be zero"},
+        {"law: [{to: 90 deg, rise: 0.1, by: cycloidal}, {to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06, "
+         "pivot: 0.08}",
+         "", "the sum of the rises is 0.1 rad"},
+        {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06}", "",
+         "'arm' and 'pivot' belong together"},
+        {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06, pivot: 0.1}", "",
+         "a lever of 0.06 m at the distance 0.1 m does not reach the base circle: its roller is 0.03 m from the "
+         "centre"},
+        {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, offset: 0.04}", "", "the offset is 0.04 m"},
+        {"law: [{to: 360 deg}], base: 0.03, follower: {flat: yes, offset: 0.01}", "",
+         "the key 'offset' belongs to a roller or a knife"},
         {"law: [{to: 90 deg, rise: 0.01, by: cycloidal}, {to: 300 deg, rise: -0.01, by: harmonic}], base: 0.03, "
          "follower: {knife: yes}",
          "", "ends at 300 deg, not at 360 deg"},
@@ -633,6 +744,8 @@ int main(void)
     TEST(laws_are_smooth);
     TEST(a_model_has_the_law);
     TEST(a_law_has_its_pressure_angle);
+    TEST(followers_beside_the_centre_have_the_law);
+    TEST(profiles_beside_the_centre_are_right);
     TEST(a_hollow_profile_is_found);
     TEST(other_followers_share_the_profile);
     TEST(followers_lift);

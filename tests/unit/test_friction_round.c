@@ -122,8 +122,45 @@ static void small_motions(void)
     }
 }
 
+/* A disc strikes a cylinder beside its top: the impulses along the normal and along the surface are those of a plane
+ * there, whatever the angle. Friction holds, or is too small. */
+static void strikes_beside_the_top(void)
+{
+    static const double mu[] = {0.3, 0.01};
+    for (int k = 0; k < 2 * WAYS; k++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                       "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                       "  lift: {joint: {name: y, prismatic: y, at: slide}}\n"
+                       "  disc: {joint: {name: r, revolute: z, at: lift}, mass: 1, inertia: {zz: 0.001}, points: {C: "
+                       "[0, 0, 0]}}\n"
+                       "contacts: {c: {cylinder: disc.C, axis: z, radius: 50 mm, on: {cylinder: ground.O, axis: z, "
+                       "radius: 0.5}, restitution: 0, friction: %g}}\n"
+                       "start: {q: {x: -0.4, y: 0.7}, qd: {x: 1}}\n",
+                       mu[k % 2]);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k / 2], 0.3);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        CHECK(impact != NULL);
+        if (impact) {
+            const double t = impact->t, x = -0.4 + t, y = 0.7 - G * t * t / 2, size = hypot(x, y);
+            const double normal = (x - G * t * y) / size, along = (-y - G * t * x) / size;
+            /* the surface moves with 1/m + r^2/J per impulse */
+            const double stick = fabs(along) / 3.5, push = fmin(mu[k % 2] * -normal, stick);
+            const double loss = normal * normal / 2 + push * (fabs(along) - 3.5 * push / 2);
+            CHECK_NEAR(size, 0.55, ways[k / 2].tolerance);
+            CHECK(k % 2 ? push < stick : push == stick);
+            CHECK_NEAR(impact->before - impact->after, loss, 10 * ways[k / 2].tolerance);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
+    TEST(strikes_beside_the_top);
     TEST(rolls_in_a_hollow);
     TEST(slides_on_an_arc);
     TEST(rolls_around);

@@ -5,6 +5,8 @@
 #include "ways.h"
 #include <kempe/table.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -215,6 +217,34 @@ static void a_grain_slides_to_the_floor(void)
     }
 }
 
+/* A wedge falls with its corner on the corner of another one: with both sides of each, symmetric, it rebounds straight.
+ * Beside the corner it slips off along the one side that it meets. */
+static void corners_meet(void)
+{
+    for (int k = 0; k < 2 * WAYS; k++) {
+        char text[1024];
+        const bool beside = k % 2;
+        const double off = beside ? 1e-6 : 0;
+        (void)snprintf(text, sizeof text,
+                       PLANE "outlines:\n  up: {polygon: [[-0.1, -0.1], [0.1, -0.1], [0, 0]]}\n"
+                             "  down: {polygon: [[0, 0], [0.1, 0.1], [-0.1, 0.1]]}\nbodies:\n"
+                             "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                             "  wedge: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                             "contacts: {c: {outline: down, at: wedge.C, on: {outline: up, at: ground.O}, restitution: "
+                             "0.5}}\nstart: {q: {x: %g, y: 0.1}}\n",
+                       off);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k / 2], 0.2);
+        const double v = sqrt(2 * 9.81 * (0.1 + off)), t = 0.2 - v / 9.81, loose = 100 * ways[k / 2].tolerance;
+        CHECK((entry(run, "corner", 0) != NULL) == !beside);
+        /* e = 0.5 along the normal at 45 deg takes 1.5 v/2 into both directions */
+        CHECK_NEAR(last_qd(run)[0], beside ? 0.75 * v : 0, loose);
+        CHECK_NEAR(last_qd(run)[1], (beside ? -0.25 : 0.5) * v - 9.81 * t, loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* -- pieces -------------------------------------------------------------------------------------------- */
 
 /* A frictionless disc that slides along a flank into the round end of a slot has no jump of rates there: with the
@@ -268,6 +298,72 @@ static void a_disc_leaves_a_round_corner(void)
     }
 }
 
+/* A disc rolls over the end of a table without slip, and turns about its corner: the pieces are one contact that stays
+ * closed, and its place in the stick goes on from one to the next. */
+static void a_disc_rolls_over_a_corner(void)
+{
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(PLANE "outlines: {table: {rectangle: [2, 1], at: [-1, -0.5]}}\n" FREE(
+            "disc", "1", "0.005") "contacts: {c: {cylinder: disc.C, radius: 0.1, on: {outline: table, at: ground.O}, "
+                                  "restitution: 0, friction: 3}}\n"
+                                  "start: {q: {x: -0.1, y: 0.1}, qd: {x: 0.3, r: -3}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.5);
+        const double loose = 1e2 * ways[k].tolerance, tilt = atan2(last_q(run)[0], last_q(run)[1]);
+        const double turning = 9 + 2 * 9.81 * 0.1 * (1 - cos(tilt)) / (0.005 + 0.01);
+        CHECK(l.model && l.model->outline_contacts[0].count == 1 && entry(run, "impact", 0) == NULL);
+        CHECK(tilt > 0.4);
+        CHECK_NEAR(hypot(last_q(run)[0], last_q(run)[1]), 0.1, loose);
+        CHECK_NEAR(last_q(run)[2], -1 - tilt, loose);
+        CHECK_NEAR(last_qd(run)[2], -sqrt(turning), 10 * loose);
+        CHECK_NEAR(at_end(run, "force(c)"), 9.81 * cos(tilt) - 0.1 * turning, 1e3 * loose);
+        CHECK_NEAR(at_end(run, "qdd(r)"), -9.81 * 0.1 * sin(tilt) / 0.015, 1e3 * loose);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+static int operations_of(const loaded *l)
+{
+    char *text = NULL;
+    CHECK(l->system && kempe_system_print(l->system, KEMPE_VIEW_STATS, KEMPE_TEXT, &text) == KEMPE_OK);
+    const char *found = text ? strstr(text, ", ") : NULL;
+    const int count = found ? atoi(found + 2) : 0;
+    kempe_text_free(text);
+    return count;
+}
+
+/* The equations of a regular polygon: their operations hardly grow with the edges, and a disc that falls on one of 40
+ * edges strikes as on its plane. */
+static void many_edges_cost_little(void)
+{
+    int operations[2];
+    for (int k = 0; k < 2; k++) {
+        const int edges = k ? 40 : 4;
+        char text[8192];
+        int at = snprintf(text, sizeof text, PLANE "outlines: {o: {polygon: [");
+        for (int i = 0; i < edges; i++)
+            at += snprintf(text + at, sizeof text - (size_t)at, "%s[%.17g, %.17g]", i ? ", " : "",
+                           0.5 * cos(2 * pi * (i + 0.5) / edges), 0.5 * sin(2 * pi * (i + 0.5) / edges));
+        (void)snprintf(text + at, sizeof text - (size_t)at,
+                       "]}}\n" FREE("disc", "1", "0.005") "contacts: {c: {cylinder: disc.C, radius: 0.1, on: {outline: "
+                                                          "o, at: ground.O}, restitution: 0, friction: 0.1}}\n"
+                                                          "start: {q: {y: 0.7}}\n");
+        loaded l = load_text(text);
+        CHECK(l.model && l.model->outline_contacts[0].count == 1);
+        operations[k] = operations_of(&l);
+        kempe_trajectory *run = simulate(&l, &ways[0], 0.3);
+        const kmp_log_entry *impact = entry(run, "impact", 0);
+        const double height = 0.5 * cos(pi / edges) + 0.1;
+        CHECK(impact != NULL);
+        if (impact)
+            CHECK_NEAR(impact->t, sqrt(2 * (0.7 - height) / 9.81), 1e-12);
+        CHECK_NEAR(last_q(run)[1], height, 1e-12);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    CHECK(operations[0] > 0 && operations[1] < 4 * operations[0]);
+}
+
 /* A disc rests in a hollow corner of 90 degrees on two compliant pieces: each carries m g/sqrt(2). */
 static void a_law_acts_on_pieces(void)
 {
@@ -299,6 +395,38 @@ static void an_included_outline_has_its_prefix(void)
     unload(&l);
 }
 
+/* A beam that bends in the plane strikes a table as a plane, as an outline and as a circle that is large. */
+static void a_beam_strikes_an_outline(void)
+{
+    static const char *const on[] = {"{plane: ground.T, normal: y}", "{outline: table, at: ground.T}",
+                                     "{outline: disc, at: ground.T}"};
+    double angle[3] = {0}, deflection[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        char text[1024];
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {T: [0.8, -0.2, 0]}}\n"
+            "outlines: {table: {rectangle: [4, 1], at: [0, -0.5]}, disc: {circle: 1e9, at: [0, -1e9]}}\n"
+            "bodies: {arm: {joint: {name: a, revolute: z, at: ground}, flexible: {beam: {length: 0.8, young: "
+            "70e9, density: 2700, section: {rectangle: [0.02, 0.01]}}, shapes: {y: 2}}, points: {tip: "
+            "{station: 0.8}}}}\n"
+            "contacts: {c: {cylinder: arm.tip, axis: z, radius: 0.01, on: %s, restitution: 0%s}}\n"
+            "start: {q: {a: 0.1}}\n",
+            on[k], ", friction: 0.2");
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[0], 0.194);
+        CHECK(entry(run, "impact", 0) != NULL);
+        angle[k] = run ? last_q(run)[0] : NAN;
+        deflection[k] = run ? last_q(run)[1] : NAN;
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+    for (int k = 1; k < 3; k++) {
+        CHECK_NEAR(angle[k], angle[0], 1e-7);
+        CHECK_NEAR(deflection[k], deflection[0], 1e-7);
+    }
+}
+
 /* -- refused ------------------------------------------------------------------------------------------- */
 
 static void refused(void)
@@ -312,6 +440,10 @@ static void refused(void)
          "7:15: contact 'c': a circle of radius 0.005 m does not fit into the arc of radius 0.004 m of outline 'o'"},
         {"polygon: [[0, 0], [0, 1], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "6:25: outline 'o': the corners go clockwise"},
+        {"polygon: [[0, 0], [3, 0], [3, 2], [1, -1]]",
+         "point: b.P, on: {outline: o, at: ground.O}, restitution: 0", "6:25: outline 'o': it crosses itself at (1.66667, 0) m"},
+        {"path: [[1, 0], [2, 0.1], [1, 0.3]], copies: 24", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
+         "perhaps with a copy: take fewer 'copies'"},
         {"polygon: [[0, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "a polygon has three corners or more"},
         {"polygon: [[0, 0], [1, 0], [1, 0]]", "point: b.P, on: {outline: o, at: ground.O}, restitution: 0",
@@ -346,7 +478,7 @@ static void refused(void)
          "point: b.P, on: {outline: o, at: ground.O}, law: hunt_crossley, stiffness: 1e6, restitution: 0.5",
          "laws with 'impact' keep one rate"},
         {"path: [[1, 0], [0.5, 0.1]], closed: yes, copies: 100",
-         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and pieces"},
+         "outline: o, at: b.P, on: {outline: o, at: ground.O}, restitution: 0", "pairs of corners and sides"},
         {"circle: 0.1", "point: b.P, at: b.P, on: {outline: o, at: ground.O}, restitution: 0",
          "the key 'at' does not belong to a 'point'"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -372,10 +504,14 @@ int main(void)
     TEST(a_block_rocks);
     TEST(a_rod_slides_over_a_corner);
     TEST(a_grain_slides_to_the_floor);
+    TEST(corners_meet);
     TEST(pieces_join_without_a_jump);
     TEST(a_disc_leaves_a_round_corner);
+    TEST(a_disc_rolls_over_a_corner);
+    TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
     TEST(an_included_outline_has_its_prefix);
+    TEST(a_beam_strikes_an_outline);
     TEST(refused);
     return check_report();
 }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* With (x, y) from the centre of the cam to a roller in the axes of the cam, r its length and a its angle, the centre
  * of the roller is on r = p(a). The distance is (r - p) p/sqrt(p^2 + p'^2): exact on the path, with its derivatives
- * there. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support function h. */
+ * there. Of the law of a follower beside the centre line, or on a lever, the path is its place f(s(u)) turned by u. The
+ * place of the roller gives the lift that it would have and u; their difference from the law, times the normal part of
+ * df/ds, is the distance. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support
+ * function h. */
 #include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -122,6 +125,54 @@ static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower,
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
+/* The law's own roller beside the centre line, or on a lever. */
+static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
+{
+    kmp_graph *g = c->g;
+    const kmp_cam *cam = follower->outline->cam;
+    const double side = copysign(1, cam->arm), l = fabs(cam->arm);
+    const kmp_ref square = kmp_add(g, kmp_mul(g, c->x, c->x), kmp_mul(g, c->y, c->y));
+    kmp_ref f[2], by[2] = {KMP_ONE, KMP_ZERO}, bend[2] = {KMP_ZERO, KMP_ZERO}, lift;
+    if (cam->arm != 0) { /* the triangle of pivot, centre and roller */
+        const kmp_ref rest = kmp_sub(g, kmp_const(g, cam->pivot * cam->pivot + l * l), square);
+        const kmp_ref cosine = kmp_mul(g, kmp_const(g, 1 / (2 * cam->pivot * l)), rest);
+        const kmp_ref sine = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, cosine, cosine)));
+        lift = kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
+        by[0] = kmp_mul(g, kmp_const(g, l), sine);
+        by[1] = kmp_mul(g, kmp_const(g, side * l), cosine);
+        bend[0] = kmp_mul(g, kmp_const(g, l), cosine);
+        bend[1] = kmp_mul(g, kmp_const(g, -side * l), sine);
+        f[0] = kmp_sub(g, kmp_const(g, cam->pivot), bend[0]);
+        f[1] = kmp_neg(bend[1]);
+    } else {
+        lift = f[0] = kmp_sqrt(g, kmp_sub(g, square, kmp_const(g, cam->offset * cam->offset)));
+        f[1] = kmp_const(g, -cam->offset);
+    }
+    /* x axis of f: the place is f[0] of it and f[1] of the axis across */
+    const kmp_ref ex = kmp_div(g, kmp_add(g, kmp_mul(g, f[0], c->x), kmp_mul(g, f[1], c->y)), square);
+    const kmp_ref ey = kmp_div(g, kmp_sub(g, kmp_mul(g, f[0], c->y), kmp_mul(g, f[1], c->x)), square);
+    const kmp_ref angle = kmp_add(g, kmp_binary(g, KMP_OP_ATAN2, ey, kmp_neg(ex)), kmp_const(g, HALF_TURN));
+    const kmp_ref s = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
+    const kmp_ref s1 = kmp_neg(lift_at(g, cam, 1, angle)), s2 = lift_at(g, cam, 2, angle);
+    kmp_ref f1[2], f2[2];
+    for (int i = 0; i < 2; i++) {
+        f1[i] = kmp_mul(g, s1, by[i]);
+        f2[i] = kmp_add(g, kmp_mul(g, s2, by[i]), kmp_mul(g, kmp_mul(g, s1, s1), bend[i]));
+    }
+    const kmp_ref gx = kmp_sub(g, f1[0], f[1]), gy = kmp_add(g, f1[1], f[0]);
+    const kmp_ref hx = kmp_sub(g, f2[0], kmp_add(g, kmp_add(g, f1[1], f1[1]), f[0]));
+    const kmp_ref hy = kmp_sub(g, kmp_add(g, f2[1], kmp_add(g, f1[0], f1[0])), f[1]);
+    const kmp_ref size_square = kmp_add(g, kmp_mul(g, gx, gx), kmp_mul(g, gy, gy)), size = kmp_sqrt(g, size_square);
+    const kmp_ref nx = kmp_div(g, gy, size), ny = kmp_neg(kmp_div(g, gx, size));
+    const kmp_ref part = kmp_add(g, kmp_mul(g, nx, by[0]), kmp_mul(g, ny, by[1]));
+    out->gap = kmp_mul(g, kmp_sub(g, lift, s), part);
+    out->normal = combined(c, kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey)),
+                           kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex)));
+    const kmp_ref cross = kmp_sub(g, kmp_mul(g, gx, hy), kmp_mul(g, gy, hx));
+    const kmp_ref of_path = kmp_div(g, cross, kmp_mul(g, size_square, size));
+    out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));
+}
+
 static void roll_on_path(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
@@ -182,7 +233,10 @@ void kmp_cam_contact_find(const kmp_tree *tree, const kmp_cam_follower *follower
         lie_on_profile(&c, follower, kmp_point_direction(tree, point[1], face, contact->frame), contact);
         return;
     }
-    if (follower->outline->cam)
+    if (follower->outline->cam && kmp_cam_is_beside(follower->outline->cam) &&
+        kmp_cam_is_exact(follower->outline->cam, follower))
+        roll_beside(&c, follower, contact);
+    else if (follower->outline->cam)
         roll_on_path(&c, follower, contact);
     else
         roll_on_circle(&c, follower, contact);

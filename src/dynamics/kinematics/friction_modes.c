@@ -67,7 +67,11 @@ kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force)
         return kmp_sub(g, kmp_friction_place(tree, force), place);
     (void)find_way(tree, force, &way, &turn);
     kmp_ref moved = kmp_sub(g, way, place);
-    return turn == KMP_ZERO ? moved : kmp_mul(g, turn, kmp_sin(g, kmp_div(g, moved, turn)));
+    if (turn == KMP_ZERO)
+        return moved;
+    /* less whole turns; its slope is that of the way wherever it was held, which rows of impacts need */
+    const kmp_ref angle = kmp_div(g, moved, turn);
+    return kmp_mul(g, turn, kmp_binary(g, KMP_OP_ATAN2, kmp_sin(g, angle), kmp_cos(g, angle)));
 }
 
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)

@@ -4,23 +4,21 @@
  *
  * Of n copies around the origin the nearest one is found without counting them. The circle has the angle p from the
  * middle of a copy. The sine and cosine of n p are a power of a complex number, and their angle within half a turn is n
- * times the angle from the middle of the nearest copy. The condition that the sine is negative joins its branches. */
+ * times the angle from the middle of the nearest copy. The condition that the sine is negative joins its branches.
+ *
+ * A run of pieces is one contact. Its equations have the numbers of the piece that counts: tables of its index, which
+ * follows from the conditions of the borders and is constant during a step. With u from the centre of an arc the
+ * distance is n.x + s |u| - e, where a line has s = 0 and an arc n = 0. */
 #include "dynamics/kinematics/outline_contact.h"
+#include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "model/data/outline.h"
 #include "symbolic/function_table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
+#include <string.h>
 
 #define TURN 6.28318530717958647692
-/* Over the distance at which nothing touches: a border is passed by this, so that a body at rest on it stays on one
- * side. The neighbour's distance differs by the square of it. */
-#define LAG 1e-12
-/* Rounding of the sine of the angle between copies. */
-#define FOLD_LAG 1e-12
-/* Parts of the depth of the solid. A circle deeper than the first one is on the other side of it; a circle as deep as
- * the second one has passed through the surface. */
-#define OTHER_SIDE 0.5
-#define INSIDE     0.45
 
 /* Conditions of a part. */
 enum { PART_STANDS, PART_PASSES };
@@ -70,7 +68,7 @@ static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool 
     const complex_ref unit = {kmp_div(g, *x, size), kmp_div(g, *y, size)};
     const complex_ref back = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
     const complex_ref turned = times(g, power_of(g, unit, n), back);
-    const kmp_ref right = stands(tree, part, fold, turned.im, FOLD_LAG, "nearest copy");
+    const kmp_ref right = stands(tree, part, fold, turned.im, KMP_OUTLINE_FOLD_LAG, "nearest copy");
     *before = right;
     const kmp_ref quarter = kmp_const(g, TURN / 4), one = kmp_const(g, 1.0 / n);
     const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
@@ -100,8 +98,8 @@ static kmp_ref is_beyond(const kmp_tree *tree, const kmp_outline_part *part, con
                          kmp_ref x, kmp_ref y)
 {
     kmp_graph *g = tree->graph;
-    return stands(tree, part, border, kmp_neg(along(g, border->along, border->place, x, y)), LAG * part->away,
-                  "beyond an end");
+    return stands(tree, part, border, kmp_neg(along(g, border->along, border->place, x, y)),
+                  KMP_OUTLINE_LAG * part->away, "beyond an end");
 }
 
 /* 1 behind the border where the piece begins, otherwise 0. `place`: not folded. */
@@ -145,6 +143,190 @@ static kmp_ref height_of(kmp_graph *g, const kmp_piece *piece, kmp_ref x, kmp_re
     return piece->turn < 0 ? kmp_sub(g, radius, size) : kmp_sub(g, size, radius);
 }
 
+/* -- runs ---------------------------------------------------------------------------------------------- */
+
+/* Numbers of a piece, by which the pieces of a run differ. */
+enum {
+    COLUMN_NORMAL_X,
+    COLUMN_NORMAL_Y,
+    COLUMN_ROUND, /* 1 for an arc, 0 for a line */
+    COLUMN_CENTRE_X,
+    COLUMN_CENTRE_Y,
+    COLUMN_HEIGHT, /* n.x of a line, the radius of an arc */
+    COLUMN_COUNTS,
+    COLUMN_INSIDE,
+    COLUMN_RADIUS, /* of an arc; 0 for a line */
+    COLUMN_OUT_X,  /* from the centre to the middle of an arc */
+    COLUMN_OUT_Y,
+    COLUMN_WAY,   /* of the circle along the run, where the way along the piece is 0 */
+    COLUMN_ANGLE, /* likewise, the angle by which it has turned there */
+    COLUMNS
+};
+
+typedef struct run_row {
+    double at[COLUMNS];
+} run_row;
+
+/* The pieces of a run: row 0 is of none, with the numbers of the first one. */
+typedef struct run_rows {
+    int count;
+    run_row *row;
+    double length, angle; /* of the whole */
+} run_rows;
+
+/* The numbers of a piece; *length and *angle: of the run before it, then with it. */
+static void put_row(const kmp_outline_part *part, double *row, double *length, double *angle)
+{
+    const kmp_piece *piece = &part->piece;
+    double middle[2], normal[2], along[2];
+    row[COLUMN_COUNTS] = 1;
+    row[COLUMN_INSIDE] = KMP_OUTLINE_INSIDE * fmin(part->depth, part->away);
+    if (piece->arc) {
+        kmp_piece_place(piece, 0.5, middle, normal);
+        row[COLUMN_ROUND] = 1;
+        row[COLUMN_CENTRE_X] = piece->centre[0];
+        row[COLUMN_CENTRE_Y] = piece->centre[1];
+        row[COLUMN_HEIGHT] = row[COLUMN_RADIUS] = piece->radius;
+        row[COLUMN_OUT_X] = normal[0];
+        row[COLUMN_OUT_Y] = normal[1];
+        row[COLUMN_WAY] = *length + piece->radius * piece->turn / 2;
+        row[COLUMN_ANGLE] = *angle + piece->turn / 2;
+        *length += piece->radius * piece->turn;
+        *angle += piece->turn;
+        return;
+    }
+    kmp_piece_tangent(piece, false, along);
+    row[COLUMN_NORMAL_X] = piece->normal[0];
+    row[COLUMN_NORMAL_Y] = piece->normal[1];
+    row[COLUMN_HEIGHT] = piece->normal[0] * piece->from[0] + piece->normal[1] * piece->from[1];
+    for (int i = 0; i < 2; i++) /* any place behind the line, away from all circles on it */
+        row[COLUMN_CENTRE_X + i] = piece->from[i] - part->away * piece->normal[i];
+    row[COLUMN_OUT_X] = 1;
+    row[COLUMN_WAY] = *length - along[0] * piece->from[0] - along[1] * piece->from[1];
+    row[COLUMN_ANGLE] = *angle;
+    *length += hypot(piece->to[0] - piece->from[0], piece->to[1] - piece->from[1]);
+}
+
+static run_rows rows_of(kmp_graph *g, const kmp_outline_part *first)
+{
+    run_rows rows = {0};
+    for (const kmp_outline_part *part = first; part; part = part->next)
+        rows.count++;
+    rows.row = KMP_GRAPH_NEW(g, run_row, rows.count + 1);
+    int k = 1;
+    for (const kmp_outline_part *part = first; rows.row && part; part = part->next)
+        put_row(part, rows.row[k++].at, &rows.length, &rows.angle);
+    if (rows.row) {
+        rows.row[0] = rows.row[1];
+        rows.row[0].at[COLUMN_COUNTS] = 0;
+    }
+    return rows;
+}
+
+/* A number of the piece with an index, which is whole. */
+static kmp_ref number_of(kmp_graph *g, const run_rows *rows, int column, kmp_ref index)
+{
+    bool equal = true;
+    double *x = KMP_GRAPH_NEW(g, double, 2 * (rows->count + 2));
+    if (!x || !rows->row)
+        return KMP_ZERO;
+    double *y = x + rows->count + 2;
+    for (int k = 0; k < rows->count + 2; k++) {
+        x[k] = k;
+        y[k] = rows->row[k <= rows->count ? k : 0].at[column]; /* the last one is no index: it ends the last line */
+        equal = equal && y[k] == y[0];
+    }
+    kmp_table *table = equal ? NULL : kmp_table_new(KMP_TABLE_LINEAR, rows->count + 2, x, y);
+    const int number = table ? kmp_graph_add_table(g, table) : -1;
+    kmp_table_free(table);
+    return equal ? kmp_const(g, y[0]) : number < 0 ? KMP_ZERO : kmp_table_at(g, number, index);
+}
+
+/* 1 where the circle is before half of the solid behind a piece. */
+static kmp_ref is_outside(const kmp_tree *tree, const kmp_outline_part *part, kmp_ref within, kmp_ref height)
+{
+    kmp_graph *g = tree->graph;
+    if (!(part->depth < INFINITY))
+        return KMP_ONE;
+    const kmp_ref reach = kmp_add(g, height, kmp_const(g, KMP_OUTLINE_OTHER_SIDE * part->depth));
+    const kmp_ref deep = kmp_select(g, within, reach, KMP_ONE);
+    return inverse(g, stands(tree, part, part, deep, 0, "on the other side of the solid"));
+}
+
+static void end_inside(const kmp_tree *tree, const kmp_outline_part *part, kmp_ref within, kmp_ref left)
+{
+    kmp_tree_end(tree, part, PART_PASSES, kmp_select(tree->graph, within, left, KMP_ONE),
+                 "it was not stopped at the surface: take smaller steps ('max_step'), or start outside",
+                 "contact '%s' is inside the solid by half of its thickness", part->name);
+}
+
+/* The index of the piece that counts, from 1; 0: none does. */
+static kmp_ref index_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref index = KMP_ZERO;
+    int k = 1;
+    for (const kmp_outline_part *part = first; part; part = part->next, k++) {
+        const kmp_ref within = between(tree, part, place, x, y);
+        const kmp_ref outside = is_outside(tree, part, within, height_of(g, &part->piece, x, y));
+        index = kmp_select(g, kmp_mul(g, within, outside), kmp_const(g, k), index);
+    }
+    return index;
+}
+
+/* The vector from the centre of the piece with an index. */
+static void from_centre(kmp_graph *g, const run_rows *rows, kmp_ref index, kmp_ref x, kmp_ref y, kmp_ref u[2])
+{
+    u[0] = kmp_sub(g, x, number_of(g, rows, COLUMN_CENTRE_X, index));
+    u[1] = kmp_sub(g, y, number_of(g, rows, COLUMN_CENTRE_Y, index));
+}
+
+static kmp_ref product_sum(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref c, kmp_ref d)
+{
+    return kmp_add(g, kmp_mul(g, a, b), kmp_mul(g, c, d));
+}
+
+static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
+                       kmp_ref radius)
+{
+    kmp_graph *g = tree->graph;
+    const run_rows rows = rows_of(g, first);
+    const kmp_ref index = index_of(tree, first, place, x, y), counts = number_of(g, &rows, COLUMN_COUNTS, index);
+    const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
+    kmp_ref u[2];
+    from_centre(g, &rows, index, x, y, u);
+    const kmp_ref size = kmp_sqrt(g, product_sum(g, u[0], u[0], u[1], u[1]));
+    const kmp_ref around = kmp_mul(g, number_of(g, &rows, COLUMN_ROUND, index), size);
+    const kmp_ref height =
+        kmp_sub(g, kmp_add(g, product_sum(g, nx, x, ny, y), around), number_of(g, &rows, COLUMN_HEIGHT, index));
+    end_inside(tree, first, counts, kmp_add(g, height, number_of(g, &rows, COLUMN_INSIDE, index)));
+    return kmp_select(g, counts, kmp_sub(g, height, radius), kmp_const(g, first->away));
+}
+
+/* The circle goes as its centre does: by the length of lines, and by (R + r) times the turn of arcs. */
+static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
+                       kmp_ref radius, kmp_ref *turn)
+{
+    kmp_graph *g = tree->graph;
+    const run_rows rows = rows_of(g, first);
+    const kmp_ref index = index_of(tree, first, place, x, y);
+    const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
+    const kmp_ref ox = number_of(g, &rows, COLUMN_OUT_X, index), oy = number_of(g, &rows, COLUMN_OUT_Y, index);
+    const kmp_ref round = number_of(g, &rows, COLUMN_ROUND, index);
+    const kmp_ref reach = kmp_add(g, number_of(g, &rows, COLUMN_RADIUS, index), kmp_mul(g, round, radius));
+    kmp_ref u[2];
+    from_centre(g, &rows, index, x, y, u);
+    const kmp_ref left = product_sum(g, ox, u[1], kmp_neg(oy), u[0]), out = product_sum(g, ox, u[0], oy, u[1]);
+    const kmp_ref around = kmp_mul(g, reach, kmp_binary(g, KMP_OP_ATAN2, left, out));
+    const kmp_ref begins = kmp_add(g, number_of(g, &rows, COLUMN_WAY, index),
+                                   kmp_mul(g, radius, number_of(g, &rows, COLUMN_ANGLE, index)));
+    if (rows.angle > TURN * (1 - KMP_WRITTEN_DIGITS)) /* all round a closed shape */
+        *turn = kmp_add(g, kmp_const(g, rows.length / TURN), radius);
+    return kmp_add(g, kmp_add(g, product_sum(g, nx, y, kmp_neg(ny), x), around), begins);
+}
+
+/* -- contacts ------------------------------------------------------------------------------------------ */
+
 kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius)
 {
     kmp_graph *g = tree->graph;
@@ -152,17 +334,13 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     kmp_ref x = place->x[0], y = place->x[1], before;
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
+    if (part->next)
+        return run_gap(tree, part, place, x, y, radius);
     const kmp_ref height = height_of(g, &part->piece, x, y);
-    kmp_ref within = between(tree, part, place, x, y);
-    if (part->depth < INFINITY) {
-        const kmp_ref reach = kmp_add(g, height, kmp_const(g, OTHER_SIDE * part->depth));
-        const kmp_ref deep = kmp_select(g, within, reach, KMP_ONE);
-        within = kmp_mul(g, within, inverse(g, stands(tree, part, part, deep, 0, "on the other side of the solid")));
-        const kmp_ref left = kmp_add(g, height, kmp_const(g, INSIDE * part->depth));
-        kmp_tree_end(tree, part, PART_PASSES, kmp_select(g, within, left, KMP_ONE),
-                     "it was not stopped at the surface: take smaller steps ('max_step'), or start outside",
-                     "contact '%s' is inside the solid by half of its thickness", part->name);
-    }
+    const kmp_ref between_ends = between(tree, part, place, x, y);
+    const kmp_ref within = kmp_mul(g, between_ends, is_outside(tree, part, between_ends, height));
+    if (part->depth < INFINITY)
+        end_inside(tree, part, within, kmp_add(g, height, kmp_const(g, KMP_OUTLINE_INSIDE * part->depth)));
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 
@@ -178,6 +356,8 @@ kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, con
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
     const kmp_ref rolled = kmp_mul(g, radius, angle);
+    if (part->next)
+        return kmp_sub(g, run_way(tree, part, place, x, y, radius, turn), rolled);
     kmp_piece_tangent(piece, false, middle);
     if (!piece->arc)
         return kmp_sub(g, along(g, middle, piece->from, x, y), rolled);

@@ -251,6 +251,21 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
     return true;
 }
 
+/* The rate along a piece of an outline where the angle of the circle is no sum of coordinates: r w is what it rolls. */
+static kmp_ref slip_along(const pair *p)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_touch_side *side = p->touch->side;
+    const kmp_vec place = place_of(p);
+    kmp_ref turn, way = kmp_outline_way(p->tree, p->touch, &place, p->radius[0], KMP_ZERO, &turn);
+    kmp_vec spin[2];
+    for (int k = 0; k < 2; k++)
+        spin[k] = kmp_link_spin(p->tree, kmp_point_link(p->tree, side[k].point), p->frame);
+    const kmp_ref turning = kmp_vec_dot(g, kmp_vec_sub(g, spin[0], spin[1]), p->axes[1][2]);
+    const kmp_ref rate = kmp_vec_rate(p->tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0];
+    return kmp_sub(g, rate, kmp_mul(g, p->radius[0], turning));
+}
+
 /* Along a piece of an outline. */
 static bool way_along(const pair *p, kmp_ref *way, kmp_ref *turn)
 {
@@ -355,6 +370,8 @@ kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, i
         return kmp_tree_expression(tree, touch->slip);
     const pair p = pair_of(tree, touch);
     kmp_touching t;
+    if (touch->side[1].shape == KMP_TOUCH_PIECE)
+        return slip_along(&p);
     kmp_touching_find(tree, touch, false, &t);
     kmp_vec direction = along == 0 ? direction_in_plane(&p, t.normal) : direction_on_surface(&p, t.normal, along);
     return kmp_vec_dot(tree->graph, direction, slip_of(&p, &t));
@@ -377,8 +394,9 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_bearing
     if (!force->holding_effort || touch->side[0].point < 0)
         return;
     if (touch->side[1].shape == KMP_TOUCH_PIECE) {
-        (void)kmp_touching_way(tree, touch, 0, &way, &turn);
-        pressing->slip[0] = kmp_vec_rate(tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0];
+        pressing->slip[0] = kmp_touching_way(tree, touch, 0, &way, &turn)
+                                ? kmp_vec_rate(tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0]
+                                : kmp_touching_slip(tree, touch, 0);
         pressing->slips = 1;
         return;
     }

@@ -126,21 +126,6 @@ static kempe_status refuse_frictions_in_levels(const kempe_model *model)
     return KEMPE_OK;
 }
 
-/* Conditions on conditions decide which copies are nearest: simulators do not follow them at the start. */
-static kempe_status refuse_copies(const kempe_model *model)
-{
-    for (int c = 0; c < model->outline_contact_count; c++)
-        for (int k = 0; k < 2; k++) {
-            const kmp_outline *outline = model->outline_contacts[c].outline[k];
-            if (outline && outline->copies > 1)
-                return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                                "generated simulators: the contact '%s' has the outline '%s' with copies, which is not "
-                                "supported there; a unit with the library simulates it: kempe fmu --binary",
-                                model->outline_contacts[c].name, outline->name);
-        }
-    return KEMPE_OK;
-}
-
 /* Sets whose rows are elements or outputs of the model, which may have none. */
 static kempe_status check_rows(const kempe_model *model, unsigned sets)
 {
@@ -222,7 +207,6 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
     KMP_TRY(refuse_frictions_in_levels(model));
     if (g->simulator) {
         KMP_TRY(kmp_refuse_delays(model, "generated simulators", KMP_INSTEAD_OF_DELAY));
-        KMP_TRY(refuse_copies(model));
         kmp_simulated_choose(model, choice);
         return KEMPE_OK;
     }

@@ -10,6 +10,7 @@
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "model/data/touch.h"
 #include "output/plot.h"
 #include "output/print.h"
@@ -436,16 +437,34 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     return kmp_made(made->context, binary && !binary->failed);
 }
 
-/* An importer that integrates the equations does not pass from one piece to the next. */
+/* True if a circle that stays on the outline passes from one contact to another: at the end of a copy, or of a run that
+ * goes on smoothly. */
+static bool hands_over(const kmp_outline *outline)
+{
+    bool over = outline->copies > 1;
+    for (int k = 0; k < outline->piece_count; k++) {
+        const kmp_piece *piece = &outline->pieces[k], *next = &outline->pieces[(k + 1) % outline->piece_count];
+        over = over || (next->run != piece->run && piece->joint != KMP_OUTLINE_CONCAVE &&
+                        (outline->closed || k + 1 < outline->piece_count));
+    }
+    return over;
+}
+
+/* An importer that integrates the equations does not pass from one contact to the next while it stays closed. */
 static kempe_status refuse_outlines(const kempe_model *model)
 {
-    return model->outline_contact_count == 0
-               ? KEMPE_OK
-               : kmp_fail(
-                     model->context, KEMPE_E_ARGUMENT,
-                     "functional mock-up units with equations: the contact '%s' changes the pieces of its outline, "
-                     "which is not supported in model exchange; a unit with the library simulates it: --binary",
-                     model->outline_contacts[0].name);
+    for (int c = 0; c < model->outline_contact_count; c++) {
+        const kmp_outline_contact *contact = &model->outline_contacts[c];
+        const bool law = model->forces[contact->first].kind == KMP_FORCE_COMPLIANT;
+        for (int k = 0; k < 2; k++)
+            if (contact->outline[k] && (law || hands_over(contact->outline[k])))
+                return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                                "functional mock-up units with equations: the contact '%s' passes from one side of the "
+                                "outline '%s' to another, which is not supported in model exchange; a unit with the "
+                                "library simulates it: --binary",
+                                contact->name, contact->outline[k]->name);
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)

@@ -236,24 +236,30 @@ static void put_quoted(kmp_text *text, const char *s, size_t length)
     kmp_text_put(text, "'");
 }
 
-/* A name of the naming convention `structured`: parts with points between, numbers as indices. */
+/* A name of the naming convention `structured`: parts with points between, numbers as indices, `c.1.2` as c[1,2]. */
 static void put_structured(kmp_text *text, const char *name)
 {
     static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_0123456789";
     const char *const digits = letters + sizeof letters - 11;
+    bool index = false; /* within brackets */
     for (bool first = true;; first = false) {
         const size_t length = strcspn(name, "."), number = strspn(name, digits);
         if (!first && length > 0 && number == length) {
-            kmp_text_printf(text, "[%.*s]", (int)length, name);
+            kmp_text_printf(text, "%s%.*s", index ? "," : "[", (int)length, name);
+            index = true;
         } else {
+            kmp_text_put(text, index ? "]" : "");
+            index = false;
             kmp_text_put(text, first ? "" : ".");
             if (length > 0 && number == 0 && strspn(name, letters) == length)
                 kmp_text_append(text, name, length);
             else
                 put_quoted(text, name, length);
         }
-        if (!name[length])
+        if (!name[length]) {
+            kmp_text_put(text, index ? "]" : "");
             return;
+        }
         name += length + 1;
     }
 }

@@ -338,6 +338,34 @@ static double rate_of_motion(const kempe_simulator *s)
     return rate > 0 && rate <= DBL_MAX ? rate : 1;
 }
 
+/* Changes modes at the placed state. Modes may decide values of others, so that one change causes the next: loops are
+ * closed and rates found with the last ones. *last: a condition that has changed, -1: none; *ends: 1 + a condition that
+ * ends the motion with these modes, 0. False after a message. */
+static bool change_modes(kempe_simulator *s, double t, int *last, int *ends)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int changed = 0;
+    *last = -1;
+    for (int pass = 0; changed >= 0 && pass < KMP_EVENT_REPEATS; pass++) {
+        evaluate_changes(s, t, part->value);
+        changed = -1;
+        *ends = 0;
+        for (int k = 0; k < e->conditions; k++) {
+            if (is_of_friction(e, k) || !differs(s, k, part->value[k]))
+                continue;
+            if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
+                *ends = k + 1;
+                continue;
+            }
+            if (!change_mode(s, k, t))
+                return false;
+            *last = changed = k;
+        }
+    }
+    return true;
+}
+
 /* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start,
  * where the motion does not continue yet, and where no acceleration is finite because modes are not decided yet,
  * conditions have their values at rest. The state is placed and complete. */
@@ -363,22 +391,12 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         }
         if (!has_changes(s))
             return KEMPE_SIMULATOR_GOES;
-        evaluate_changes(s, t, part->value);
-        last = -1;
-        for (int k = 0; k < e->conditions; k++) {
-            if (is_of_friction(e, k))
-                continue;
-            if (!differs(s, k, part->value[k]))
-                continue;
-            if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
-                part->state[AT_ENDED] = k + 1;
-                continue;
-            }
-            if (!change_mode(s, k, t))
-                return KEMPE_SIMULATOR_FAILED;
-            *changed = true;
-            last = k;
-        }
+        int ends;
+        if (!change_modes(s, t, &last, &ends))
+            return KEMPE_SIMULATOR_FAILED;
+        *changed = *changed || last >= 0;
+        if (last < 0 && ends > 0)
+            part->state[AT_ENDED] = ends;
         if (last < 0)
             return at_rest ? explain(s, said, t) : KEMPE_SIMULATOR_GOES;
     }

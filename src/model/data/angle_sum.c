@@ -158,8 +158,6 @@ bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_arg
     int first = model->points[point].body, second = model->points[axis->point].body;
     int common = kmp_model_common_body(model, first, second);
     rest_axis(model, axis, w);
-    if (model->points[point].station > 0 || model->points[axis->point].station > 0)
-        return false;
     return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
 }
 
@@ -179,6 +177,10 @@ bool kmp_stays_across(const kempe_model *model, const kmp_measure_argument *dire
 int kmp_touch_plane(const kempe_model *model, const kmp_contact_pair *touch)
 {
     const kmp_touch_side *side = touch->side;
+    const bool bends =
+        side[0].point >= 0 && (model->points[side[0].point].station > 0 || model->points[side[1].point].station > 0);
+    if (bends && side[1].shape != KMP_TOUCH_PIECE) /* the slip has two directions */
+        return -1;
     for (int k = 0; k < 3; k++) {
         int axis = (side[1].axis + k) % 3; /* the rotation of a cylinder first */
         const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};

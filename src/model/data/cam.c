@@ -152,6 +152,37 @@ static curve_place support_place(double angle, const double h[3])
         .c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]}, .n = {e[0], e[1]}, .k = 1 / (h[0] + h[2])};
 }
 
+bool kmp_cam_is_beside(const kmp_cam *cam)
+{
+    return cam->parts && (cam->offset != 0 || cam->arm != 0);
+}
+
+/* From the lift s and its derivatives by u, of a follower beside the centre line or on a lever: its place f(s), turned
+ * by u. */
+static curve_place beside_place(const kmp_cam *cam, double u, const double s[3])
+{
+    const double side = copysign(1, cam->arm), l = fabs(cam->arm), e[2] = {cos(u), sin(u)};
+    double f[3][2] = {{s[0], -cam->offset}, {s[1], 0}, {s[2], 0}}, c[3][2], turned[3][2];
+    if (cam->arm != 0) {
+        const double x = l * cos(s[0]), y = l * sin(s[0]);
+        const double lever[3][2] = {
+            {cam->pivot - x, side * y}, {s[1] * y, side * s[1] * x}, {s[2] * y + s[1] * s[1] * x, 0}};
+        memcpy(f, lever, sizeof f);
+        f[2][1] = side * (s[2] * x - s[1] * s[1] * y);
+    }
+    for (int i = 0; i < 2; i++) { /* f, f' + J f, f'' + 2 J f' - f with J (x, y) = (-y, x) */
+        const int j = 1 - i, sign = i == 0 ? -1 : 1;
+        turned[0][i] = f[0][i];
+        turned[1][i] = f[1][i] + sign * f[0][j];
+        turned[2][i] = f[2][i] + 2 * sign * f[1][j] - f[0][i];
+    }
+    for (int d = 0; d < 3; d++) {
+        c[d][0] = e[0] * turned[d][0] - e[1] * turned[d][1];
+        c[d][1] = e[1] * turned[d][0] + e[0] * turned[d][1];
+    }
+    return place_by((const double(*)[2])c);
+}
+
 /* At a part of the whole from 0 to 1, which may be outside. */
 static curve_place place_at(const kmp_cam *cam, double part)
 {
@@ -170,6 +201,8 @@ static curve_place place_at(const kmp_cam *cam, double part)
             r[d] = kmp_table_value(cam->table, d, cam->table->x[0] + within_turn(angle - cam->table->x[0]));
         else
             r[d] = (d == 0 ? cam->base : 0) + (d == 1 ? -1 : 1) * kmp_cam_lift(cam, d, -angle);
+    if (kmp_cam_is_beside(cam))
+        return beside_place(cam, angle, r);
     return cam->parts && cam->form == KMP_FOLLOWER_FLAT ? support_place(angle, r) : polar_place(angle, r);
 }
 

@@ -47,10 +47,15 @@ typedef struct kmp_cam {
     kmp_table *place[2]; /* x and y over a length, periodic; of the cam; NULL: by the motion of a follower */
     kmp_cam_part *parts; /* from 0 to one turn */
     int part_count;
-    double base;            /* m: what the lift is counted from: of a roller or edge to its centre */
+    double base;            /* what the lift is counted from: of a roller or edge to its centre, m; of a lever, rad */
     kmp_follower_form form; /* of the law's follower */
     double radius;          /* of its roller */
+    double offset;          /* of its line from the centre, to the right of the motion */
+    double arm, pivot;      /* of a lever: its length with the sign of its side, and the place of its pivot; 0: none */
 } kmp_cam;
+
+/** True for a roller or an edge that is beside the centre line, or on a lever. */
+bool kmp_cam_is_beside(const kmp_cam *cam);
 
 /** Frees what is not in the arena of the model; of NULL nothing. */
 void kmp_cam_free(kmp_cam *cam);

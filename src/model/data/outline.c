@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/outline.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <stddef.h>
 
 #define TURN 6.28318530717958647692
-/* The sine of a corner that counts as none: written places have nine digits. */
-#define SMOOTH 1e-8
 
 const char *const kmp_outline_words[KMP_OUTLINE_SHAPES] = {
 #define KMP_OUTLINE(kind, word, keys) #word,
@@ -62,9 +61,9 @@ static corner corner_of(const kmp_outline_edge *edge, const kmp_outline_edge *ne
     tangent_of(next, false, c.out);
     const double across = c.in[0] * c.out[1] - c.in[1] * c.out[0], along = c.in[0] * c.out[0] + c.in[1] * c.out[1];
     c.turn = atan2(across, along);
-    c.joint = fabs(across) < SMOOTH && along > 0 ? KMP_OUTLINE_SMOOTH
-              : c.turn > 0                       ? KMP_OUTLINE_CONVEX
-                                                 : KMP_OUTLINE_CONCAVE;
+    c.joint = fabs(across) < KMP_OUTLINE_TANGENT && along > 0 ? KMP_OUTLINE_SMOOTH
+              : c.turn > 0                                    ? KMP_OUTLINE_CONVEX
+                                                              : KMP_OUTLINE_CONCAVE;
     if (c.joint == KMP_OUTLINE_CONVEX && !edge->arc && !next->arc)
         c.cut = round * tan(c.turn / 2);
     return c;
@@ -110,7 +109,7 @@ static kmp_piece corner_piece(const corner *c, const double place[2], double rad
 
 /* -- pieces -------------------------------------------------------------------------------------------- */
 
-bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
+static bool make_pieces(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
 {
     const double step = TURN / outline->copies;
     const bool whole = count == 1 && edges[0].arc && fabs(edges[0].turn) >= TURN;
@@ -159,6 +158,52 @@ bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count
         }
         before = c.cut;
     }
+    return true;
+}
+
+/* True if a piece is nowhere outside the tangents at both ends of another one. */
+static bool is_behind(const kmp_piece *piece, const kmp_piece *other, double slack)
+{
+    for (int j = 0; j <= 4; j++)
+        for (int end = 0; end < 2; end++) {
+            double place[2], normal[2], along[2];
+            const double *from = end ? other->to : other->from;
+            kmp_piece_place(piece, j / 4.0, place, normal);
+            kmp_piece_tangent(other, end, along);
+            right_of(along, normal);
+            if ((place[0] - from[0]) * normal[0] + (place[1] - from[1]) * normal[1] > slack)
+                return false;
+        }
+    return true;
+}
+
+static bool is_convex(const kmp_piece *piece)
+{
+    return !piece->arc || (piece->turn >= 0 && piece->turn <= TURN / 2);
+}
+
+/* Runs are as long as all their pieces are on the border of one convex shape. */
+static void find_runs(kmp_outline *outline)
+{
+    const double slack = KMP_OUTLINE_TANGENT * kmp_outline_size(outline);
+    for (int k = 0, first = 0; k < outline->piece_count; k++) {
+        kmp_piece *piece = &outline->pieces[k];
+        bool joins = k > 0 && is_convex(piece) && is_convex(&piece[-1]) && piece[-1].joint != KMP_OUTLINE_CONCAVE;
+        for (int i = first; joins && i < k; i++)
+            joins = is_behind(piece, &outline->pieces[i], slack) && is_behind(&outline->pieces[i], piece, slack);
+        if (!joins) {
+            first = k;
+            outline->run_count++;
+        }
+        piece->run = outline->run_count - 1;
+    }
+}
+
+bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
+{
+    if (!make_pieces(arena, edges, count, outline, wrong))
+        return false;
+    find_runs(outline);
     return true;
 }
 
@@ -211,6 +256,11 @@ double kmp_piece_distance(const kmp_piece *piece, const double place[2])
     behind[1] = hypot(place[0] - piece->to[0], place[1] - piece->to[1]);
     const bool within = more ? first >= 0 || last <= 0 : first >= 0 && last <= 0;
     return within ? fabs(kmp_piece_height(piece, place)) : fmin(behind[0], behind[1]);
+}
+
+bool kmp_piece_is_sharp(const kmp_piece *piece)
+{
+    return piece->corner > 0 && piece->radius == 0;
 }
 
 bool kmp_piece_meets(const kmp_piece *piece, bool round)

@@ -37,6 +37,7 @@ typedef struct kmp_piece {
     double normal[2];         /* out of the solid, where the piece begins */
     kmp_outline_joint joint;  /* at its end */
     int corner;               /* the edge, from 1, behind which this is a corner; 0: it is none */
+    int run;                  /* its convex run, from 0 */
 } kmp_piece;
 
 /** Pieces follow each other; a closed outline returns from the last one to the first, of the next copy. */
@@ -47,8 +48,9 @@ typedef struct kmp_outline {
     bool closed, hollow; /* hollow: as the key says */
     int copies;
     double round;
-    int piece_count;
-    kmp_piece *pieces;   /* of one copy */
+    int piece_count, run_count;
+    kmp_piece *pieces;   /* of one copy; those of a run follow each other on the border of one convex shape: a circle
+                            touches one of them at a time */
     struct kmp_cam *cam; /* (cam.h); NULL: it consists of pieces */
 } kmp_outline;
 
@@ -82,6 +84,10 @@ typedef struct kmp_outline_part {
     /** Of the first piece of copies: the last one of the other nearest copy, with whose border it begins where that
      * copy is before its own; NULL: its own border. */
     const struct kmp_outline_part *before;
+    struct kmp_outline_part *next; /* the further pieces of the same contact, of one run; NULL: none */
+    /** Of a piece for points: the sharp corners beyond its ends, by number from 1; negative: between two copies. 0:
+     * none. */
+    int tip[2];
     bool either;  /* of an arc of more than half a turn: one of both borders suffices */
     double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
     double away;  /* the distance that the contact has where the piece does not count */
@@ -90,6 +96,9 @@ typedef struct kmp_outline_part {
 /** The pieces of edges that follow each other counter-clockwise about the solid: edges, and arcs at convex corners. A
  * corner between straight edges that is shorter than its rounding needs is `*wrong`, from 0. */
 bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong);
+
+/** True for a convex corner without a radius. */
+bool kmp_piece_is_sharp(const kmp_piece *piece);
 
 /** A piece turned about the origin to copy k. */
 kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy);
@@ -110,6 +119,10 @@ bool kmp_piece_meets(const kmp_piece *piece, bool round);
 
 /** The length of the largest side of a box about the outline. */
 double kmp_outline_size(const kmp_outline *outline);
+
+/** True if a straight piece crosses another piece, of a path also of a copy: *place. Arcs that
+ * cross arcs are not found. */
+bool kmp_outline_crosses(const kmp_outline *outline, double place[2]);
 
 /** The parts of an outline for a circle of this radius, 2 for each piece of copies, otherwise 1: `parts` has room for
  * them. False: no memory. */

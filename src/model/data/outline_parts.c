@@ -4,15 +4,12 @@
  * of the solid. The line that halves a corner is a further border where the other side of the corner is near the line
  * across the end. */
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "model/data/outline.h"
 #include <math.h>
 #include <string.h>
 
 #define TURN 6.28318530717958647692
-/* Of its length, by which a piece continues beyond a corner into the solid, where both sides of the corner touch. */
-#define BEYOND 1e-3
-/* Cosine of the turn of a corner, beyond which the surface behind it is away from the line across its end. */
-#define OBTUSE 0.5
 /* Directions that look for the far side of the solid, for each piece. */
 enum { RAYS = 33 };
 
@@ -35,18 +32,19 @@ static double length_of(const kmp_piece *piece)
 }
 
 /* The line that halves a corner, at the end or the beginning of a piece; NULL: the corner is none. */
-static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *other, bool at_end)
+static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *other, bool at_end,
+                                         double shift)
 {
     double own[2], next[2], along[2];
     kmp_piece_tangent(piece, at_end, own);
     kmp_piece_tangent(other, !at_end, next);
     const double turn = own[0] * next[0] + own[1] * next[1];
-    if (turn > OBTUSE)
+    if (turn > KMP_OUTLINE_OBTUSE)
         return NULL;
     const double size = hypot(own[0] + next[0], own[1] + next[1]), side = at_end ? 1 : -1;
     for (int i = 0; i < 2; i++)
         along[i] = size > 0 ? side * (own[i] + next[i]) / size : 0;
-    return border_at(arena, at_end ? piece->to : piece->from, along, 0);
+    return border_at(arena, at_end ? piece->to : piece->from, along, shift);
 }
 
 /* -- the solid behind a piece -------------------------------------------------------------------------- */
@@ -60,7 +58,7 @@ static double ray_to(const double place[2], const double along[2], const kmp_pie
     if (!piece->arc) {
         kmp_piece_tangent(piece, false, t);
         const double across = along[0] * t[1] - along[1] * t[0];
-        if (fabs(across) < 1e-12)
+        if (fabs(across) < KMP_OUTLINE_STRAIGHT)
             return INFINITY;
         const double far = -(x * t[1] - y * t[0]) / across;
         const double s = (x + far * along[0]) * t[0] + (y + far * along[1]) * t[1];
@@ -80,6 +78,32 @@ static double ray_to(const double place[2], const double along[2], const kmp_pie
     return INFINITY;
 }
 
+bool kmp_outline_crosses(const kmp_outline *outline, double place[2])
+{
+    const double slack = KMP_WRITTEN_DIGITS * kmp_outline_size(outline);
+    const int copies = outline->shape == KMP_OUTLINE_PATH ? outline->copies : 1;
+    for (int k = 0; k < outline->piece_count; k++)
+        for (int copy = 0; copy < copies; copy++)
+            for (int i = 0; i < outline->piece_count; i++) {
+                const kmp_piece *piece = &outline->pieces[k], other = kmp_piece_copy(outline, i, copy);
+                double along[2];
+                if (piece->arc || (i == k && copy == 0))
+                    continue;
+                kmp_piece_tangent(piece, false, along);
+                const double far = ray_to(piece->from, along, &other, slack);
+                if (far >= length_of(piece) - slack)
+                    continue;
+                for (int j = 0; j < 2; j++)
+                    place[j] = piece->from[j] + far * along[j];
+                /* a corner that only touches does not cross */
+                if (hypot(place[0] - other.from[0], place[1] - other.from[1]) < slack ||
+                    hypot(place[0] - other.to[0], place[1] - other.to[1]) < slack)
+                    continue;
+                return true;
+            }
+    return false;
+}
+
 static bool is_beyond(const kmp_outline_border *border, const double place[2])
 {
     return border &&
@@ -97,7 +121,7 @@ static double depth_of(const kmp_outline *outline, const kmp_outline_part *part,
         for (int copy = 0; copy < outline->copies; copy++)
             for (int i = 0; i < outline->piece_count; i++) {
                 const kmp_piece other = kmp_piece_copy(outline, i, copy);
-                far = fmin(far, ray_to(place, inward, &other, 1e-9 * size));
+                far = fmin(far, ray_to(place, inward, &other, KMP_WRITTEN_DIGITS * size));
             }
         const double exit[2] = {place[0] + far * inward[0], place[1] + far * inward[1]};
         if (far < INFINITY && !is_beyond(part->high[1], exit) && !is_beyond(part->high[2], exit))
@@ -144,28 +168,32 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
     const kmp_outline_joint joint = behind ? piece->joint : other ? other->joint : KMP_OUTLINE_ENDS;
     const bool around = behind ? k == outline->piece_count - 1 : k == 0;
     const bool apart = around && outline->shape == KMP_OUTLINE_PATH && outline->copies > 1;
+    const bool tip = radius == 0 && piece->corner == 0 && other && kmp_piece_is_sharp(other);
     double along[2];
     kmp_piece_tangent(piece, behind, along);
-    if (*shared) { /* the neighbour has made it */
+    part->tip[behind] = !tip ? 0 : apart ? -other->corner : other->corner;
+    if (*shared && !tip) { /* the neighbour has made it */
         if (behind)
             part->high[0] = *shared;
         else
             part->low = *shared;
         return;
     }
-    const double shift = joint == KMP_OUTLINE_CONCAVE ? BEYOND * length_of(piece) : 0;
+    const double shift = joint == KMP_OUTLINE_CONCAVE ? KMP_OUTLINE_BEYOND * length_of(piece)
+                         : tip                        ? KMP_OUTLINE_CORNER * kmp_outline_size(outline)
+                                                      : 0;
     const kmp_outline_border *border =
         border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)
         part->high[0] = border;
     else
         part->low = border;
-    if (joint != KMP_OUTLINE_CONCAVE && !apart && other && (radius > 0 || joint == KMP_OUTLINE_SMOOTH))
+    if (joint != KMP_OUTLINE_CONCAVE && !apart && !tip && other && (radius > 0 || joint == KMP_OUTLINE_SMOOTH))
         *shared = border;
 }
 
 /* Halves of corners: the neighbour behind a sharp or a rounded corner is the straight piece or arc after it. */
-static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outline, int k, bool behind)
+static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outline, int k, bool behind, bool tip)
 {
     kmp_piece made, beyond;
     const int n = outline->piece_count;
@@ -174,7 +202,8 @@ static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outl
         return NULL;
     const int at = behind ? (k + 1) % n : (k + n - 1) % n;
     const kmp_piece *other = neighbour(outline, at, behind, &beyond);
-    return other ? halving(arena, &outline->pieces[k], other, behind) : NULL;
+    const double shift = tip ? KMP_OUTLINE_CORNER * kmp_outline_size(outline) : 0;
+    return other ? halving(arena, &outline->pieces[k], other, behind, shift) : NULL;
 }
 
 static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radius, const kmp_outline_fold *fold,
@@ -198,8 +227,8 @@ static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radi
         first = k == 0 ? low : first;
         last = high;
         if (part->piece.corner == 0) {
-            part->high[1] = halve(arena, outline, k, true);
-            part->high[2] = halve(arena, outline, k, false);
+            part->high[1] = halve(arena, outline, k, true, part->tip[1] != 0);
+            part->high[2] = halve(arena, outline, k, false, part->tip[0] != 0);
         }
         if (part->piece.corner == 0)
             part->depth = depth_of(outline, part, size);

@@ -3,6 +3,7 @@
  * pieces of the other side. Two outlines touch at a corner of one of them, or where an arc curves into the other's
  * solid. */
 #include "model/read/outline_pairs.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/three.h"
 #include "model/data/angle_sum.h"
@@ -17,14 +18,8 @@
 #include <string.h>
 
 #define TURN 6.28318530717958647692
-/* Sine of the angle between axes that counts as zero: written axes have nine digits. */
-#define SAME_AXIS 1e-9
 /* Pairs of one contact. */
 enum { MOST_PAIRS = 400 };
-/* Over a width: written lengths have nine digits. */
-#define SAME_LENGTH 1e-9
-/* Over the size of an outline: a start that is deeper overlaps. */
-#define DEEP 1e-8
 
 /* -- outlines of a contact ----------------------------------------------------------------------------- */
 
@@ -59,17 +54,37 @@ static int circles_of(const kmp_outline *outline)
 
 static int parts_of(const kmp_outline *outline)
 {
-    return outline ? outline->piece_count * (outline->copies > 1 ? 2 : 1) : 1;
+    return outline->piece_count * (outline->copies > 1 ? 2 : 1);
+}
+
+/* Contacts of a circle with each run: neighbours at a sharp corner, which both touch a point there, are in different
+ * ones. */
+enum { TURNS = 3 };
+
+/* A bound on the contacts of a circle: with each run; with a law, whose numbers may depend on the radius, with each
+ * piece. */
+static int contacts_of(const kmp_outline *outline, bool law)
+{
+    if (!outline)
+        return 1;
+    const int pieces = parts_of(outline), runs = TURNS * outline->run_count * (outline->copies > 1 ? 2 : 1);
+    return law || pieces < runs ? pieces : runs;
+}
+
+static bool has_law(const kmp_yaml *map)
+{
+    return kmp_yaml_get(map, "law") || kmp_yaml_get(map, "force");
 }
 
 int kmp_outline_most_pairs(const kmp_reader *r, const kmp_yaml *map)
 {
+    const bool law = has_law(map);
     const kmp_yaml *on = kmp_yaml_get(map, "on");
     const kmp_outline *first = find(r, kmp_yaml_get(map, "outline")), *second = find(r, kmp_yaml_get(on, "outline"));
     if (!first && !second)
         return 0;
-    const int count = circles_of(first) * parts_of(second);
-    return first && second ? count + circles_of(second) * parts_of(first) : count;
+    const int count = circles_of(first) * contacts_of(second, law);
+    return first && second ? count + circles_of(second) * contacts_of(first, law) : count;
 }
 
 /* -- pairs --------------------------------------------------------------------------------------------- */
@@ -79,12 +94,13 @@ typedef struct making {
     kmp_reader *r;
     const char *what;
     kmp_place place;
+    bool law;
     kmp_outline_pair *pairs;
     int count;
 } making;
 
-/* A pair of the circle with each piece that it meets; of two outlines the second time only with lines and hollow arcs.
- */
+/* A pair of the circle with each run of pieces that it meets; of two outlines the second time only with lines and
+ * hollow arcs. */
 static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other)
 {
     if (!other) {
@@ -95,11 +111,27 @@ static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other
     kmp_outline_part *parts = KMP_ARENA_NEW(&m->r->model->arena, kmp_outline_part, count);
     if (!parts || !kmp_outline_parts(&m->r->model->arena, other, pair.radius, parts))
         return false;
+    kmp_outline_part *last[TURNS] = {NULL}, *first = NULL;
+    int turn = 0;
     for (int k = 0; k < count; k++) {
-        if (!kmp_piece_meets(&parts[k].piece, pair.radius > 0) || (pair.swapped && is_circle(&parts[k].piece)))
+        kmp_outline_part *part = &parts[k];
+        if (!kmp_piece_meets(&part->piece, pair.radius > 0) || (pair.swapped && is_circle(&part->piece)))
             continue;
-        pair.part = &parts[k];
-        m->pairs[m->count++] = pair;
+        if (!first || m->law || first->piece.run != part->piece.run || first->second != part->second) {
+            memset(last, 0, sizeof last);
+            first = part;
+            turn = 0;
+        } else {
+            turn = part->tip[0] > 0 ? 1 - turn : turn;
+        }
+        turn = part != first && turn == 0 && part->tip[1] > 0 && part->tip[1] == first->tip[0] ? 2 : turn;
+        if (last[turn]) {
+            last[turn]->next = part;
+        } else {
+            pair.part = part;
+            m->pairs[m->count++] = pair;
+        }
+        last[turn] = part;
     }
     return true;
 }
@@ -151,9 +183,9 @@ static bool check_fit(making *m, const kmp_outline *outline, double radius)
     for (int k = 0; outline && k < outline->piece_count && radius > 0; k++) {
         const kmp_piece *piece = &outline->pieces[k];
         const double over = piece->radius - radius;
-        if (!piece->arc || piece->turn > 0 || over > SAME_LENGTH * radius)
+        if (!piece->arc || piece->turn > 0 || over > KMP_WRITTEN_DIGITS * radius)
             continue;
-        if (outline->shape == KMP_OUTLINE_SLOT && fabs(over) <= SAME_LENGTH * radius)
+        if (outline->shape == KMP_OUTLINE_SLOT && fabs(over) <= KMP_WRITTEN_DIGITS * radius)
             return kmp_reader_complain(m->r, m->place,
                                        "%s: the slot '%s' is just as wide as the circle, %.6g m: without clearance "
                                        "this is a joint; write a loop "
@@ -173,7 +205,7 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     const kmp_yaml *on = kmp_yaml_get(map, "on"),
                    *name[2] = {kmp_yaml_get(map, "outline"), kmp_yaml_get(on, "outline")};
     const kmp_outline *outline[2] = {NULL, NULL};
-    making m = {.r = r, .what = what, .place = map->place};
+    making m = {.r = r, .what = what, .place = map->place, .law = has_law(map)};
     double radius = 0;
     for (int k = 0; k < 2; k++)
         if (name[k] && !(outline[k] = kmp_read_outline_name(r, name[k], what)))
@@ -184,7 +216,7 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     if (most > MOST_PAIRS) {
         kmp_reader_complain(
             r, map->place,
-            "%s: %d pairs of corners and pieces of both outlines; at most %d can be followed: take simpler "
+            "%s: %d pairs of corners and sides of both outlines; at most %d can be followed: take simpler "
             "outlines, or a point or cylinder for the part that touches",
             what, most, MOST_PAIRS);
         return -1;
@@ -213,8 +245,8 @@ static const char *leaves_plane(const kempe_model *model, int body, int up, cons
         for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++) {
             double n[3];
             kmp_cross3(axes[k], w, n);
-            const bool along = fabs(kmp_dot(3, axes[k], w)) > SAME_AXIS,
-                       turned = kmp_dot(3, n, n) > SAME_AXIS * SAME_AXIS;
+            const bool along = fabs(kmp_dot(3, axes[k], w)) > KMP_OUTLINE_STRAIGHT,
+                       turned = kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT;
             if (model->motions[k].rotation ? turned : along)
                 return b->joint;
         }
@@ -266,7 +298,8 @@ static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, con
         for (int i = 0; i < 3; i++)
             w[k][i] = pose[k].r[i][k == 1 && plane ? touch->side[1].axis : 2];
     kmp_cross3(w[0], w[1], n);
-    if (plane ? fabs(kmp_dot(3, w[0], w[1])) > SAME_AXIS : kmp_dot(3, n, n) > SAME_AXIS * SAME_AXIS)
+    if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_OUTLINE_STRAIGHT
+              : kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT)
         return kmp_reader_complain(r, map->place,
                                    plane ? "%s: the normal of the plane is not in the x-y plane of the outline"
                                          : "%s: the axes z of both outlines are not parallel",
@@ -321,7 +354,7 @@ static double height_of(const kmp_outline *outline, const double place[2], int *
         for (int k = 0; k < outline->piece_count; k++) {
             const kmp_piece piece = kmp_piece_copy(outline, k, copy);
             const double own = kmp_piece_height(&piece, place), size = kmp_piece_distance(&piece, place);
-            if (size < least * (1 - SAME_LENGTH) || (size <= least * (1 + SAME_LENGTH) && own > height)) {
+            if (size < least * (1 - KMP_WRITTEN_DIGITS) || (size <= least * (1 + KMP_WRITTEN_DIGITS) && own > height)) {
                 least = size;
                 height = own;
                 *nearest = k;
@@ -347,7 +380,7 @@ static void check_start(kmp_reader *r, const kmp_force *force, const kmp_outline
             place[j] += pose[1].r[i][j] * x;
         }
     const double depth = force->touch.radius[0].value - height_of(outline, place, &nearest);
-    if (depth > DEEP * kmp_outline_size(outline))
+    if (depth > KMP_OUTLINE_DEEP * kmp_outline_size(outline))
         kmp_reader_complain(r, force->place,
                             "contact '%s' overlaps by %.6g m at the start, with its circle at (%.6g, %.6g) m of "
                             "outline '%s', near piece %d: "

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outlines that are cams, and ideal followers on them. */
 #include "model/read/read_cams.h"
+#include "constraints/tolerances.h"
 #include "model/data/angle_sum.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
@@ -14,8 +15,6 @@
 
 #define TURN   6.28318530717958647692
 #define DEGREE (TURN / 360)
-/* Written angles and lifts have nine digits. */
-#define ROUNDING 1e-9
 
 static const kmp_key part_keys[] = {
 #include "model/keys/cam_part_keys.def"
@@ -57,7 +56,7 @@ bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node
                                    "%s: the table '%s' must be a spline with 'periodic: yes': the profile has the same "
                                    "radius and slope at both ends",
                                    what, node->text);
-    if (fabs(range - TURN) > ROUNDING * TURN)
+    if (fabs(range - TURN) > KMP_WRITTEN_DIGITS * TURN)
         return kmp_reader_complain(r, node->place, "%s: the table '%s' covers %.9g deg: a cam has one turn, 360 deg",
                                    what, node->text, range / DEGREE);
     for (int k = 0; k < t->count; k++)
@@ -111,7 +110,7 @@ bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *nod
 
 /* -- laws -------------------------------------------------------------------------------------------------- */
 
-static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_cam_part *part)
+static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, bool turns, kmp_cam_part *part)
 {
     const char *of = kmp_reader_say(r, "%s: law", what);
     if (!kmp_read_map(r, map, of, part_keys))
@@ -119,7 +118,7 @@ static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     const kmp_yaml *to = kmp_read_required(r, map, of, "to"), *rise = kmp_yaml_get(map, "rise");
     const kmp_yaml *by = rise ? kmp_read_required(r, map, of, "by") : kmp_yaml_get(map, "by");
     if (!to || (rise && !by) || !kmp_read_fixed(r, to, of, KMP_DIM_NUMBER, &part->to) ||
-        (rise && !kmp_read_fixed(r, rise, of, KMP_DIM_LENGTH, &part->rise)))
+        (rise && !kmp_read_fixed(r, rise, of, turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, &part->rise)))
         return false;
     if (!(part->to > part->from))
         return kmp_reader_complain(r, to->place, "%s: this part ends at %.6g deg, where it begins at %.6g deg", what,
@@ -145,7 +144,7 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
     for (int k = 0; cam->parts && k < node->count; k++) {
         kmp_cam_part *part = &cam->parts[cam->part_count++];
         *part = (kmp_cam_part){.from = k > 0 ? part[-1].to : 0};
-        if (!read_part(r, node->items[k], what, part))
+        if (!read_part(r, node->items[k], what, cam->arm != 0, part))
             return false;
         sum += part->rise;
         most = fmax(most, fabs(part->rise));
@@ -153,14 +152,14 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
     if (!cam->parts)
         return false;
     const double end = cam->part_count > 0 ? cam->parts[cam->part_count - 1].to : 0;
-    if (fabs(end - TURN) > ROUNDING * TURN)
+    if (fabs(end - TURN) > KMP_WRITTEN_DIGITS * TURN)
         return kmp_reader_complain(r, node->place, "%s: the last part of the law ends at %.9g deg, not at 360 deg",
                                    what, end / DEGREE);
     cam->parts[cam->part_count - 1].to = TURN;
-    if (fabs(sum) > ROUNDING * most)
-        return kmp_reader_complain(r, node->place,
-                                   "%s: the sum of the rises is %.6g m: it must be zero, so that the profile is closed",
-                                   what, sum);
+    if (fabs(sum) > KMP_WRITTEN_DIGITS * most)
+        return kmp_reader_complain(
+            r, node->place, "%s: the sum of the rises is %.6g %s: it must be zero, so that the profile is closed", what,
+            sum, cam->arm != 0 ? "rad" : "m");
     return true;
 }
 
@@ -181,6 +180,62 @@ static bool read_form(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "knife is", "") == 0;
 }
 
+/* The keys offset, arm and pivot. */
+static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_cam *cam)
+{
+    static const char *const keys[] = {"offset", "arm", "pivot"};
+    double *const numbers[] = {&cam->offset, &cam->arm, &cam->pivot};
+    int first = -1;
+    const int given = kmp_count_keys(map, KMP_NAMES_OF(keys), &first);
+    if (given > 0 && cam->form == KMP_FOLLOWER_FLAT)
+        return kmp_reader_complain(
+            r, kmp_yaml_get(map, keys[first])->place,
+            "%s: the key '%s' belongs to a roller or a knife: the profile under a flat face does "
+            "not depend on the place of its line",
+            what, keys[first]);
+    for (int k = 0; k < 3; k++) {
+        const kmp_yaml *node = kmp_yaml_get(map, keys[k]);
+        const char *of = kmp_reader_say(r, "%s: %s", what, keys[k]);
+        if (node &&
+            (!kmp_read_fixed(r, node, of, KMP_DIM_LENGTH, numbers[k]) ||
+             (k > 0 && !kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, k == 1 ? fabs(cam->arm) : cam->pivot, ""))))
+            return false;
+    }
+    if (kmp_yaml_get(map, "offset") && given > 1)
+        return kmp_reader_complain(r, map->place, "%s: a follower with an 'arm' has no 'offset'", what);
+    return !kmp_yaml_get(map, "arm") == !kmp_yaml_get(map, "pivot") ||
+           kmp_reader_complain(r, map->place, "%s: 'arm' and 'pivot' belong together", what);
+}
+
+/* What the lift is counted from, by the radius of the path on the base circle. */
+static bool find_base(kmp_reader *r, kmp_place place, const char *what, double radius, kmp_cam *cam)
+{
+    const double l = fabs(cam->arm), a = cam->pivot;
+    cam->base = radius;
+    if (cam->arm != 0) {
+        if (!(radius > fabs(a - l) && radius < a + l))
+            return kmp_reader_complain(
+                r, place,
+                "%s: a lever of %.6g m at the distance %.6g m does not reach the base circle: its "
+                "roller is %.6g m from the centre there",
+                what, l, a, radius);
+        cam->base = acos((a * a + l * l - radius * radius) / (2 * a * l));
+    } else if (cam->offset != 0) {
+        if (!(radius > fabs(cam->offset)))
+            return kmp_reader_complain(r, place, "%s: the offset is %.6g m, the base circle reaches only %.6g m", what,
+                                       cam->offset, radius);
+        cam->base = sqrt(radius * radius - cam->offset * cam->offset);
+    }
+    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? TURN / 2 : INFINITY;
+    for (int k = 0; k < cam->part_count; k++) {
+        const double at = cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from);
+        if (!(at > least && at < most))
+            return kmp_reader_complain(r, place, "%s: the lift at %.6g deg is %s the centre of the cam", what,
+                                       cam->parts[k].from / DEGREE, at > least ? "beyond" : "below");
+    }
+    return true;
+}
+
 bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what, kmp_outline *outline)
 {
     static const char *const words[] = {"yes"};
@@ -189,19 +244,16 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
     const kmp_yaml *follower = kmp_read_required(r, map, what, "follower");
     const char *of = kmp_reader_say(r, "%s: base", what), *its = kmp_reader_say(r, "%s: follower", what);
     double radius;
-    if (!cam || !base || !follower || !read_parts(r, node, what, cam) ||
-        !kmp_read_fixed(r, base, of, KMP_DIM_LENGTH, &radius) ||
-        !kmp_check_rule(r, base, of, KMP_FIELD_POSITIVE, radius, "") ||
-        !kmp_read_map(r, follower, its, follower_keys) || !read_form(r, follower, its, &cam->form, &cam->radius))
+    if (!cam || !base || !follower || !kmp_read_map(r, follower, its, follower_keys) ||
+        !read_form(r, follower, its, &cam->form, &cam->radius) || !read_line(r, follower, its, cam) ||
+        !read_parts(r, node, what, cam) || !kmp_read_fixed(r, base, of, KMP_DIM_LENGTH, &radius) ||
+        !kmp_check_rule(r, base, of, KMP_FIELD_POSITIVE, radius, ""))
         return false;
     if (cam->form == KMP_FOLLOWER_FLAT &&
         kmp_read_choice(r, kmp_yaml_get(follower, "flat"), its, KMP_NAMES_OF(words), "flat is", "") < 0)
         return false;
-    cam->base = radius + cam->radius;
-    for (int k = 0; k < cam->part_count; k++)
-        if (!(cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from) > cam->radius))
-            return kmp_reader_complain(r, node->place, "%s: the lift at %.6g deg is below the centre of the cam", what,
-                                       cam->parts[k].from / DEGREE);
+    if (!find_base(r, node->place, what, radius + cam->radius, cam))
+        return false;
     const kmp_cam_follower own = {outline, cam->form, cam->radius};
     kmp_cam_check hollow;
     if (!kmp_check_follower(r, map->place, what, &own))

@@ -231,7 +231,9 @@ static bool stays_parallel(const reading *c, int axis)
     const kmp_measure_argument turn[3] = {{.point = s[1].point, .axis = (axis + 1) % 3},
                                           {.point = s[0].point, .axis = (s[0].axis + 1) % 3},
                                           {.point = s[1].point, .axis = axis}};
-    return factor && is_parallel(c, axis, factor) && kmp_angle_sum(model, turn, &angle, factor);
+    return factor && is_parallel(c, axis, factor) &&
+           (kmp_angle_sum(model, turn, &angle, factor) ||
+            ((c->r->pair || s[1].shape == KMP_TOUCH_CAM) && kmp_moves_across(model, s[0].point, &turn[2])));
 }
 
 static void check_shapes(const reading *c)
@@ -517,8 +519,8 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
         const char *name = kmp_arena_printf(&r->model->arena, "%s.%d", s->name, k + 1);
         if (!name)
             break;
-        if (pairs[k].part)
-            pairs[k].part->name = name;
+        for (kmp_outline_part *part = pairs[k].part; part; part = part->next)
+            part->name = name;
         r->pair = &pairs[k];
         read_contact(r, s->node, s->what, add_force(r, name, s->key->place, KMP_FORCE_TOUCH));
     }

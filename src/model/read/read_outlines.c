@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outlines: their shapes become edges counter-clockwise about the solid, and these become pieces. */
 #include "model/read/read_outlines.h"
+#include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/read/read_cams.h"
 #include "model/read/read_include.h"
@@ -9,9 +10,6 @@
 #include <string.h>
 
 #define TURN 6.28318530717958647692
-
-/* An arc through three places: the sine of their angle below which they are on a line. */
-#define STRAIGHT 1e-9
 
 static const kmp_key outline_keys[] = {
 #include "model/keys/outline_keys.def"
@@ -74,7 +72,7 @@ static bool arc_through(const double a[2], const double b[2], const double c[2],
 {
     const double ux = b[0] - a[0], uy = b[1] - a[1], vx = c[0] - a[0], vy = c[1] - a[1];
     const double cross = ux * vy - uy * vx, uu = ux * ux + uy * uy, vv = vx * vx + vy * vy;
-    if (!(fabs(cross) > STRAIGHT * sqrt(uu * vv)))
+    if (!(fabs(cross) > KMP_OUTLINE_STRAIGHT * sqrt(uu * vv)))
         return false;
     const double x = (uu * vy - vv * uy) / (2 * cross), y = (vv * ux - uu * vx) / (2 * cross);
     centre[0] = a[0] + x;
@@ -204,7 +202,7 @@ static bool close_path(reading *c, const double first[2], const double last[2])
     const double *to = c->outline->copies > 1 ? next : first;
     const int word = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "closed is", " or ") : 1;
     c->outline->closed = word == 0;
-    if (c->outline->closed && hypot(to[0] - last[0], to[1] - last[1]) > 1e-9 * hypot(last[0], last[1]))
+    if (c->outline->closed && hypot(to[0] - last[0], to[1] - last[1]) > KMP_WRITTEN_DIGITS * hypot(last[0], last[1]))
         add_line(c, last, to);
     return word >= 0;
 }
@@ -316,6 +314,7 @@ static bool (*const shape_readers[KMP_OUTLINE_SHAPES])(reading *) = {
 static void read_outline(reading *c, int shape)
 {
     int wrong = -1;
+    double place[2];
     c->outline->shape = (kmp_outline_shape)shape;
     c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
     c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
@@ -325,12 +324,18 @@ static void read_outline(reading *c, int shape)
         return;
     if (c->outline->hollow)
         reverse(c);
-    if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong) && wrong >= 0)
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
-                            "%.6g m",
-                            c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
-                            c->edges[wrong].to[1], c->outline->round);
+    if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong)) {
+        if (wrong >= 0)
+            kmp_reader_complain(c->r, c->map->place,
+                                "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
+                                "%.6g m",
+                                c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
+                                c->edges[wrong].to[1], c->outline->round);
+        return;
+    }
+    if (kmp_outline_crosses(c->outline, place))
+        kmp_reader_complain(c->r, c->node->place, "%s: it crosses itself at (%.6g, %.6g) m%s", c->what, place[0],
+                            place[1], c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
 }
 
 void kmp_read_outlines(kmp_reader *r)

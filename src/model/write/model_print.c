@@ -98,11 +98,16 @@ static const char *axis_of(const kmp_touch_side *side)
     return side->against ? opposite[side->axis] : kmp_axis_names[side->axis];
 }
 
-/* A piece of an outline by its ends, or by its centre and its radius. */
+/* A piece of an outline by its ends, or by its centre and its radius; of a run where it begins. */
 static void show_piece(kmp_text *text, const kmp_outline_part *part)
 {
     const kmp_piece *piece = &part->piece;
-    if (piece->arc)
+    int more = 0;
+    while ((part = part->next) != NULL)
+        more++;
+    if (more > 0)
+        kmp_text_printf(text, "%d pieces from (%.6g, %.6g) at ", more + 1, piece->from[0], piece->from[1]);
+    else if (piece->arc)
         kmp_text_printf(text, "arc about (%.6g, %.6g) of radius %.6g at ", piece->centre[0], piece->centre[1],
                         piece->radius);
     else
