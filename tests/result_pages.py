@@ -620,7 +620,7 @@ class Simulations(Case):
         """Of many joints arrows are drawn by choice; the page tells of those without."""
         drawn, data = self.open(self.make("simulate", "examples/tram/tram.yaml", "--t-end", "0.2"))
         arrows = data["picture"]["arrows"]
-        self.assertEqual((len(arrows["joints"]), self.arrows(0.1)["joints"]), (40, {}))
+        self.assertEqual((len(arrows["rows"]), self.arrows(0.1)["joints"]), (40, {}))
         self.assertGreater(arrows["left_out"], 0)
         self.assertIn("Forces in joints (the 40 largest)", drawn.words("stage"))
         self.run_script("byId('by-force').click();")

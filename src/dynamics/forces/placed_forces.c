@@ -54,11 +54,22 @@ static bool has_sides(const kmp_force *force)
            touch->side[0].point >= 0 && touch->side[1].point >= 0 && (!touch->gap || touch->clearance);
 }
 
+/* True for a pair of a contact with outlines, which has its own row. */
+static bool is_pair(const kempe_model *model, int force)
+{
+    for (int c = 0; c < model->outline_contact_count; c++) {
+        const kmp_outline_contact *of = &model->outline_contacts[c];
+        if (force >= of->first && force < of->first + of->count * of->step && (force - of->first) % of->step == 0)
+            return true;
+    }
+    return false;
+}
+
 static void list_contacts(const kempe_model *model, listing *l)
 {
     for (int f = 0; f < model->force_count; f++) {
         const kmp_force *force = &model->forces[f];
-        if (has_sides(force) && force->touch.side[1].shape != KMP_TOUCH_PIECE) {
+        if (has_sides(force) && !is_pair(model, f)) {
             const int point[2] = {force->touch.side[0].point, force->touch.side[1].point};
             add(l,
                 (kmp_placed_force){

@@ -88,7 +88,7 @@ function arrow([x, y], direction, view, length, colour, name, { bold = 1, head =
     const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * head * a},${tip[1] + 5 * head * b}`);
     return [
         drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6 * bold, fill: "none", ...more }),
-        label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { fill: colour, "font-size": 11 }),
+        label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { class: "on-picture", fill: colour, "font-size": 11 }),
     ];
 }
 

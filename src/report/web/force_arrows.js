@@ -39,6 +39,20 @@ function startOf([x, y], direction, view, length) {
     return !inside(x + dx, y + dy) && inside(x - dx, y - dy) ? [x - dx, y - dy] : [x, y];
 }
 
+/* The contact patch of a tyre, as wide as its section, and as long as the road cuts off from its circle. */
+function contactPatches(m, poses, view, time) {
+    const see = projection(m, poses, view);
+    return m.discs.flatMap(({ tyre, body, at, axis, radius }) => {
+        const row = forces.rows.find(({ name, label }) => name === tyre && label === "Fz");
+        const [force, place] = row && !view.hidden.has(body) ? forceAt(row, poses, time) : [[0, 0, 0], [0, 0, 0]];
+        if (norm(force) === 0) return [];
+        const ahead = unit(cross(turned(poses[body].q, unit(axis)), force)), aside = unit(cross(force, ahead)), loaded = norm(sub(moved(poses[body], at), place));
+        const long = scaled(Math.sqrt(Math.max(radius ** 2 - loaded ** 2, 0)), ahead), wide = scaled(tyreThickness({ radius }), aside);
+        const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([s, r]) => see(add(place, add(scaled(s, long), scaled(r, wide)))));
+        return [drawn2d("path", { d: `M${corners.join("L")}Z`, class: "patch", "data-tyre": tyre, fill: STOP_COLOUR, "fill-opacity": 0.5, stroke: STOP_COLOUR, "stroke-width": 2 })];
+    });
+}
+
 /* Arrows, and one of an even size for their scale. */
 function forceArrows(m, poses, view, time) {
     if (!forces || !forces.shown) return [];
@@ -52,7 +66,7 @@ function forceArrows(m, poses, view, time) {
         const draw = (colour, words, bold, more) => arrow(from, unit(force), view, size * long, colour, words, { bold, head: 1.9, ...more });
         return [...draw(styleOf("--card"), "", 3.4, {}), ...draw(bodyColour(of), label, 1.9, { class: "force", "data-joint": name + (label && `.${label}`), "data-kind": kind, "stroke-dasharray": shared ? "6 4" : "" })];
     });
-    return [...drawn, ...legend, label2d(words, view.width - 10, view.height - 68, "end", { fill: ink, "font-size": 11 })];
+    return [...contactPatches(m, poses, view, time), ...drawn, ...legend, label2d(words, view.width - 10, view.height - 68, "end", { fill: ink, "font-size": 11 })];
 }
 
 /* "joints, contacts and ropes" */

@@ -467,6 +467,9 @@ function surfaceParts(m, { kind, points, others, axis, solids }, colour, lift) {
     return axis ? [{ kind: "profile", points, axis, depth: 2 * m.thick, colour, lift }, line(points, 0.5)] : [line(points, 0.6)];
 }
 
+/* A sheave or a drum ends below its rope, which has the disc's radius. */
+const underRope = (m, disc) => (disc.sheave ? { ...disc, radius: Math.max(0.8 * disc.radius, disc.radius - 1.05 * m.thick) } : disc);
+
 /* The drawn parts of a body for either kind of drawing, axes of the body. `lift`: how much nearer to the viewer than its
  * points a part is sorted. */
 function partsOf(m, b) {
@@ -477,7 +480,7 @@ function partsOf(m, b) {
     parts.push(...m.guides.filter((guide) => guide.body === b).map((guide) => bar(guideEnds(m, guide), 0.35 * t, ground, behind)));
     const surfaces = m.surfaces.filter((surface) => surface.body === b).flatMap((surface) => surfaceParts(m, surface, colour, b === 0 ? behind : 0));
     const hatch = (part) => ({ ...part, hatch: part.colour === colour ? hatchOf(b) : "" });
-    const discs = m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
+    const discs = m.discs.filter((disc) => disc.body === b).map((disc) => underRope(m, disc)).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
     if (b === 0) return [...parts, ...surfaces, ...discs.filter(({ disc }) => disc.teeth || disc.sheave), ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,
