@@ -142,6 +142,23 @@ run: {{t_end: 0.2, rtol: 1e-9, outputs: [q, qd, qdd, force(k)]}}
                             if line[normal] > 0:
                                 self.assertAlmostEqual(rows[0]["place"][k][2], -0.1, delta=1e-3)
 
+    def test_equilibrium(self):
+        """A block that friction and a contact hold on a slope: both together carry its weight."""
+        model, page = self.folder / "rest.yaml", self.folder / "rest.html"
+        model.write_text("""kempe: 1
+gravity: [1, -9.81, 0]
+ground: {points: {O: [0, 0, 0]}}
+bodies: {b: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground.O}, mass: 2, points: {C: [0, 0, 0]}}}
+contacts: {k: {sphere: b.C, radius: 0.1, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.3}}
+start: {q: {y: 0.1}}
+run: {t_end: 0.1}
+""")
+        made = kempe("equilibrium", model, "--stick", "--report", page)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        (contact,) = arrows(page)[2]
+        for given, wanted in ((contact["force"][0], (-2, 19.62, 0)), (contact["place"][0], (0, -0.1, 0))):
+            self.assertLess(math.dist(given, wanted), 1e-3)
+
     def test_tyre(self):
         """Of the car on a bump: components of force(T) along the axes of the contact, on the slope of the road; the carrier and the wheel
         have no other force along z than the spring and gravity."""

@@ -204,11 +204,30 @@ kempe_status kmp_force_arrows_of_inverse(kmp_force_arrows *arrows, const kempe_i
     return KEMPE_OK;
 }
 
+/* The states of equilibria at t = 0, whose forces with places act. */
+static kempe_status act_at_rest(kmp_force_arrows *arrows, const kempe_equilibrium *e)
+{
+    const kempe_system *system = e->system;
+    kmp_samples rows;
+    kmp_samples_init(&rows, system->n, system->m);
+    double *zero = KMP_NEW(double, system->n + 1);
+    bool made = zero;
+    for (int k = 0; made && k < e->count; k++)
+        made = kmp_samples_add(&rows, 0, e->balance[k].q, e->balance[k].qd, zero, e->balance[k].lambda, 0) == 0;
+    kempe_status status = kmp_made(system->context, made);
+    if (status == KEMPE_OK)
+        status = act(arrows, system, &rows);
+    kmp_free(zero);
+    kmp_samples_free(&rows);
+    return status;
+}
+
 /* Their numbers are from 1 on. */
 kempe_status kmp_force_arrows_of_equilibria(kmp_force_arrows *arrows, const kempe_equilibrium *e)
 {
     if (e->count == 0)
         return KEMPE_OK;
+    KMP_TRY(list_placed(arrows, e->system));
     KMP_TRY(kmp_reactions_init(&arrows->made, e->system, &e->loads, true));
     KMP_TRY(kmp_reactions_keep(&arrows->made, e->count));
     arrows->x = KMP_ARENA_NEW(&arrows->arena, double, e->count);
@@ -220,7 +239,7 @@ kempe_status kmp_force_arrows_of_equilibria(kmp_force_arrows *arrows, const kemp
     arrows->of = &arrows->made;
     arrows->load = arrows->made.kept;
     arrows->count = e->count;
-    return KEMPE_OK;
+    return arrows->placed_count > 0 ? act_at_rest(arrows, e) : KEMPE_OK;
 }
 
 /* -- arrows -------------------------------------------------------------------------------------------- */
