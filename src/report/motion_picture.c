@@ -569,7 +569,7 @@ static void put_sheaves(kmp_json *json, const picture *p)
         }
 }
 
-/* The part of a belt that goes on from the wheel with grip where a rope ends; -1: none does. Parts have the name of
+/* The part of a belt that continues from the wheel with grip where a rope ends; -1: none does. Parts have the name of
  * their rope, and a number behind it. */
 static int next_part(const kempe_model *model, const kmp_rope *rope)
 {
@@ -1142,7 +1142,7 @@ static void put_flexible(kmp_json *json, const picture *p)
 }
 
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
-                        const double *at, const kmp_force_arrows *arrows)
+                        const double *at, const kmp_picture_forces *arrows)
 {
     picture p = {.model = model, .row = row, .at = at};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
@@ -1183,7 +1183,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         put_ropes(json, &p);
         put_surfaces(json, &p);
         put_flexible(json, &p);
-        kmp_force_arrows_put(json, arrows, &p.drawing);
+        kmp_picture_forces_put(json, arrows, &p.drawing);
         size_t poses = (size_t)p.frames * (size_t)p.moving;
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "base/json.h"
-#include "report/force_arrows.h"
+#include "report/picture_forces.h"
 #include "report/step_record.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
@@ -70,7 +70,7 @@ typedef struct kmp_result_page {
 
     const kmp_samples *frames; /* NULL: no picture */
     const double *frame_x;     /* x of each frame; NULL: their times */
-    kmp_force_arrows arrows;
+    kmp_picture_forces arrows;
     bool separate;      /* frames are states with no motion between them */
     kmp_samples states; /* the frames of kmp_page_add_frames */
     double *zero;       /* n + m: their rates and multipliers, which pictures do not use */

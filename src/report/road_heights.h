@@ -5,6 +5,6 @@
 #include "model/data/tyre.h"
 #include <kempe/kempe.h>
 
-/** The heights at places along a road whose height is an expression, m; of one that depends on t they are those at t =
- * 0. False: no memory, or a height that depends on more than x and t. */
+/** The heights at places along a road whose height is an expression, m; with t = 0 where it depends on t. False: no
+ * memory, or a height that depends on more than x and t. */
 bool kmp_road_heights(const kempe_model *model, const kmp_road *road, int count, const double *x, double *height);

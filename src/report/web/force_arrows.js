@@ -22,7 +22,7 @@ function readForces(given) {
 }
 
 /* The force of a row at a time, between two instants, and its place in the ground; states without a motion between them have their own.
- * Where only one of both instants has the force, its place is the place there. */
+ * If only one of both instants has the force, the place is the one of that instant. */
 function forceAt(row, poses, time) {
     const [low, high, part] = placeIn(forces.x, data.separate ? Math.round(time) : time), pose = poses[row.on];
     const [a, b] = [forces.at(low, row), forces.at(high, row)], force = add(scaled(1 - part, a), scaled(part, b));

@@ -2,13 +2,13 @@
 /* Forces are 16-bit integers, parts of the largest component, and so are places that move in their bodies. The more
  * arrows there are, the fewer are the instants. Of a contact with outlines the two largest forces have arrows: these
  * are two places, of which each may be of any pair of circle and piece. */
-#include "report/force_arrows.h"
+#include "report/picture_forces.h"
 #include "analyses/equilibrium/balances.h"
 #include "analyses/inverse/inverse_study.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "dynamics/forces/placed_forces.h"
 #include "dynamics/kinematics/gear_mesh.h"
+#include "dynamics/placed_forces.h"
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
@@ -19,7 +19,7 @@
 /* Arrows; numbers of all of them, which are some 60 kB of a page; arrows of a contact with outlines. */
 enum { MOST_ARROWS = 40, MOST_NUMBERS = 24000, OUTLINE_ARROWS = 2 };
 
-KMP_CLEARS(kmp_force_arrows, arrows, kmp_reactions_free(&arrows->made), kmp_arena_free(&arrows->arena))
+KMP_CLEARS(kmp_picture_forces, arrows, kmp_reactions_free(&arrows->made), kmp_arena_free(&arrows->arena))
 
 /* -- instants ------------------------------------------------------------------------------------------- */
 
@@ -50,7 +50,7 @@ static int arrows_of(const kmp_placed_force *placed)
 }
 
 /* Lists each force as often as it has arrows. */
-static kempe_status list_placed(kmp_force_arrows *arrows, const kempe_system *system)
+static kempe_status list_placed(kmp_picture_forces *arrows, const kempe_system *system)
 {
     const int count = kmp_placed_forces(system->model, NULL);
     arrows->placed = KMP_ARENA_NEW(&arrows->arena, kmp_placed_force, OUTLINE_ARROWS * count + 1);
@@ -64,7 +64,7 @@ static kempe_status list_placed(kmp_force_arrows *arrows, const kempe_system *sy
 }
 
 /* Expressions of all pairs of the forces. */
-static kempe_status derive_placed(const kmp_force_arrows *arrows, const kempe_system *system, kmp_formulas *formulas)
+static kempe_status derive_placed(const kmp_picture_forces *arrows, const kempe_system *system, kmp_formulas *formulas)
 {
     const kmp_derivation_request request = {.sets = KMP_SET_REACTION, .plain = true, .keep_modes = true};
     kmp_equations eq;
@@ -116,7 +116,7 @@ static void take_pairs(const kmp_placed_force *placed, const double *value, cons
 }
 
 /* All forces with places at the instants of the arrows. */
-static kempe_status act(kmp_force_arrows *arrows, const kempe_system *system, const kmp_samples *rows)
+static kempe_status act(kmp_picture_forces *arrows, const kempe_system *system, const kmp_samples *rows)
 {
     const int width = KMP_PLACED_VALUES * arrows->placed_count;
     kmp_formulas formulas = {0};
@@ -151,8 +151,8 @@ static kempe_status act(kmp_force_arrows *arrows, const kempe_system *system, co
 
 /* -- results ------------------------------------------------------------------------------------------- */
 
-kempe_status kmp_force_arrows_of_run(kmp_force_arrows *arrows, const kempe_system *system, const kmp_samples *rows,
-                                     bool least_norm, bool locked)
+kempe_status kmp_picture_forces_of_run(kmp_picture_forces *arrows, const kempe_system *system, const kmp_samples *rows,
+                                       bool least_norm, bool locked)
 {
     const kempe_model *model = system->model;
     KMP_TRY(list_placed(arrows, system));
@@ -183,7 +183,7 @@ kempe_status kmp_force_arrows_of_run(kmp_force_arrows *arrows, const kempe_syste
     return status;
 }
 
-kempe_status kmp_force_arrows_of_inverse(kmp_force_arrows *arrows, const kempe_inverse *r)
+kempe_status kmp_picture_forces_of_inverse(kmp_picture_forces *arrows, const kempe_inverse *r)
 {
     const int stride = choose_stride(r->rows, r->loops + r->joints, 0), loads = r->reactions.loads;
     arrows->count = count_instants(r->rows, stride);
@@ -205,7 +205,7 @@ kempe_status kmp_force_arrows_of_inverse(kmp_force_arrows *arrows, const kempe_i
 }
 
 /* The states of equilibria at t = 0, whose forces with places act. */
-static kempe_status act_at_rest(kmp_force_arrows *arrows, const kempe_equilibrium *e)
+static kempe_status act_at_rest(kmp_picture_forces *arrows, const kempe_equilibrium *e)
 {
     const kempe_system *system = e->system;
     kmp_samples rows;
@@ -223,7 +223,7 @@ static kempe_status act_at_rest(kmp_force_arrows *arrows, const kempe_equilibriu
 }
 
 /* Their numbers are from 1 on. */
-kempe_status kmp_force_arrows_of_equilibria(kmp_force_arrows *arrows, const kempe_equilibrium *e)
+kempe_status kmp_picture_forces_of_equilibria(kmp_picture_forces *arrows, const kempe_equilibrium *e)
 {
     if (e->count == 0)
         return KEMPE_OK;
@@ -305,7 +305,7 @@ static arrow arrow_of_teeth(const kmp_drawing *drawing, const kempe_model *model
 }
 
 /* Joints, closures and gears with a force in space. Cams have their own arrows. */
-static void choose_joints(chosen *c, const kmp_force_arrows *arrows, const kmp_drawing *drawing)
+static void choose_joints(chosen *c, const kmp_picture_forces *arrows, const kmp_drawing *drawing)
 {
     const kmp_reactions *r = arrows->of;
     const kempe_model *model = r->system->model;
@@ -320,12 +320,12 @@ static void choose_joints(chosen *c, const kmp_force_arrows *arrows, const kmp_d
     }
 }
 
-static const double *acting_at(const kmp_force_arrows *arrows, int placed, int instant)
+static const double *acting_at(const kmp_picture_forces *arrows, int placed, int instant)
 {
     return arrows->acting + (ptrdiff_t)KMP_PLACED_VALUES * (arrows->placed_count * (ptrdiff_t)instant + placed);
 }
 
-static void choose_placed(chosen *c, const kmp_force_arrows *arrows, const kmp_drawing *drawing)
+static void choose_placed(chosen *c, const kmp_picture_forces *arrows, const kmp_drawing *drawing)
 {
     for (int p = 0; p < arrows->placed_count; p++) {
         const kmp_placed_force *of = &arrows->placed[p];
@@ -339,7 +339,7 @@ static void choose_placed(chosen *c, const kmp_force_arrows *arrows, const kmp_d
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
 
-/* Numbers as parts of the largest one, which is a member of its own. */
+/* Numbers as parts of the largest one, which is a separate member. */
 static void put_parts(kmp_json *json, const char *largest, const char *key, ptrdiff_t count, const double *value)
 {
     int16_t *part = KMP_NEW(int16_t, count + 1);
@@ -356,7 +356,7 @@ static void put_parts(kmp_json *json, const char *largest, const char *key, ptrd
 }
 
 /* The force of an arrow at an instant. */
-static void force_at(const kmp_force_arrows *arrows, const arrow *a, int instant, double factor, double force[3])
+static void force_at(const kmp_picture_forces *arrows, const arrow *a, int instant, double factor, double force[3])
 {
     const double *load = a->of ? arrows->load + (ptrdiff_t)instant * arrows->of->loads + KMP_LOAD_VALUES * a->of->place
                                : acting_at(arrows, a->placed, instant) + 3;
@@ -365,7 +365,7 @@ static void force_at(const kmp_force_arrows *arrows, const arrow *a, int instant
 }
 
 /* Forces by instants and arrows, then the places of the arrows that move, likewise. */
-static void put_numbers(kmp_json *json, const kmp_force_arrows *arrows, const chosen *c, double factor)
+static void put_numbers(kmp_json *json, const kmp_picture_forces *arrows, const chosen *c, double factor)
 {
     const ptrdiff_t most = 3 * (ptrdiff_t)c->count * arrows->count;
     double *force = KMP_NEW(double, most + 1), *place = KMP_NEW(double, most + 1);
@@ -388,7 +388,7 @@ static void put_numbers(kmp_json *json, const kmp_force_arrows *arrows, const ch
     kmp_free(place);
 }
 
-void kmp_force_arrows_put(kmp_json *json, const kmp_force_arrows *arrows, const kmp_drawing *drawing)
+void kmp_picture_forces_put(kmp_json *json, const kmp_picture_forces *arrows, const kmp_drawing *drawing)
 {
     chosen c = {0};
     if (arrows && arrows->of && arrows->count > 0) {

@@ -3,7 +3,7 @@
 """The forces that pages draw as arrows: at the times of the table they are the forces of its outputs, and by their places and directions
 they move the bodies as Newton's and Euler's laws say. Called with the path of the command:
 
-    python3 tests/force_arrows.py build/dev/kempe [unittest arguments]
+    python3 tests/page_arrows.py build/dev/kempe [unittest arguments]
 
 Ends with 77 (skipped) where the libraries that pages are made with are not installed.
 """

@@ -9,7 +9,7 @@
 #include <kempe/equilibrium.h>
 #include <kempe/inverse.h>
 
-typedef struct kmp_force_arrows {
+typedef struct kmp_picture_forces {
     kmp_reactions made;
     const kmp_reactions *of; /* NULL: there are no forces */
     int count;               /* instants */
@@ -19,15 +19,15 @@ typedef struct kmp_force_arrows {
     double
         *acting; /* KMP_PLACED_VALUES of each at each instant: the place from the origin of its body, and the force */
     kmp_arena arena;
-} kmp_force_arrows;
+} kmp_picture_forces;
 
-void kmp_force_arrows_free(kmp_force_arrows *arrows);
+void kmp_picture_forces_free(kmp_picture_forces *arrows);
 
 /** Of the rows of a run; without the last one where rates may grow without bound in it (`locked`). KEMPE_E_MEMORY. */
-kempe_status kmp_force_arrows_of_run(kmp_force_arrows *arrows, const kempe_system *system, const kmp_samples *rows,
-                                     bool least_norm, bool locked);
-kempe_status kmp_force_arrows_of_inverse(kmp_force_arrows *arrows, const kempe_inverse *inverse);
-kempe_status kmp_force_arrows_of_equilibria(kmp_force_arrows *arrows, const kempe_equilibrium *equilibrium);
+kempe_status kmp_picture_forces_of_run(kmp_picture_forces *arrows, const kempe_system *system, const kmp_samples *rows,
+                                       bool least_norm, bool locked);
+kempe_status kmp_picture_forces_of_inverse(kmp_picture_forces *arrows, const kempe_inverse *inverse);
+kempe_status kmp_picture_forces_of_equilibria(kmp_picture_forces *arrows, const kempe_equilibrium *equilibrium);
 
 /** Puts the member `arrows` of a picture; null where there is no force. */
-void kmp_force_arrows_put(kmp_json *json, const kmp_force_arrows *arrows, const kmp_drawing *drawing);
+void kmp_picture_forces_put(kmp_json *json, const kmp_picture_forces *arrows, const kmp_drawing *drawing);
