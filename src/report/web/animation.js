@@ -52,12 +52,16 @@ function switchOf(words, name, own, bodies, hidden, change) {
     return made;
 }
 
+/* The colour of a body among the names: of a solid with a colour, otherwise of its curves. */
+const solidWithColour = ({ solids }) => solids.find((part) => part.colour && !part.hole);
+const namedColour = (body, b) => (solidWithColour(body) || { colour: bodyColour(b) }).colour;
+
 /* A legend of the bodies' colours, whose names switch them off and on. */
 function tellNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
     const count = bodies.length - 1, names = bodies.map((body, b) => {
-        const solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b)), hatch = hatchOf(b);
-        if (!solid && hatch) mark.classList.add(hatch);
+        const mark = swatchOf(namedColour(body, b)), hatch = hatchOf(b);
+        if (!solidWithColour(body) && hatch) mark.classList.add(hatch);
         return switchOf([mark, body.name], body.name, [b], bodies, hidden, change);
     });
     if (count <= FEW_BODIES) return byId("names").replaceChildren(...names.slice(1));

@@ -64,7 +64,7 @@ function forceArrows(m, poses, view, time) {
         if (view.hidden.has(body) || size < 1e-3 * forces.usual) return [];
         const from = startOf(see(at), unit(force), view, size * long);
         const draw = (colour, words, bold, more) => arrow(from, unit(force), view, size * long, colour, words, { bold, head: 1.9, ...more });
-        return [...draw(styleOf("--card"), "", 3.4, {}), ...draw(bodyColour(of), label, 1.9, { class: "force", "data-joint": name + (label && `.${label}`), "data-kind": kind, "stroke-dasharray": shared ? "6 4" : "" })];
+        return [...draw(styleOf("--card"), "", 3.4, {}), ...draw(namedColour(m.picture.bodies[of], of), label, 1.9, { class: "force", "data-joint": name + (label && `.${label}`), "data-kind": kind, "stroke-dasharray": shared ? "6 4" : "" })];
     });
     return [...contactPatches(m, poses, view, time), ...drawn, ...legend, label2d(words, view.width - 10, view.height - 68, "end", { fill: ink, "font-size": 11 })];
 }
