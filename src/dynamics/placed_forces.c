@@ -229,10 +229,10 @@ static void find_follower(const kmp_tree *tree, const kmp_placed_force *placed, 
     kmp_cam_contact contact;
     kmp_cam_contact_find(tree, closure->cam, closure->point, closure->axis[1], &contact);
     const kmp_vec force = kmp_closure_load(tree, placed->of, false);
+    const kmp_vec arm = kmp_link_direction(tree, contact.frame, contact.arm, 0);
+    const kmp_vec place = kmp_vec_add(g, kmp_point_position(tree, closure->point[1], 0), arm);
     const bool own = tree->model->points[closure->point[1]].body > 0;
-    put(kmp_vec_add(g, kmp_point_position(tree, closure->point[1], 0),
-                    kmp_link_direction(tree, contact.frame, contact.arm, 0)),
-        own ? force : kmp_vec_sub(g, kmp_vec_zero(), force), out);
+    put(place, own ? force : kmp_vec_sub(g, kmp_vec_zero(), force), out);
 }
 
 /* -- all kinds --------------------------------------------------------------------------------------------- */

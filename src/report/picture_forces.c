@@ -310,12 +310,12 @@ static void choose_joints(chosen *c, const kmp_picture_forces *arrows, const kmp
     const kmp_reactions *r = arrows->of;
     const kempe_model *model = r->system->model;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++) {
-        const kmp_closure *closure = of->closure >= 0 ? &model->closures[of->closure] : NULL;
-        if (of->place < 0 || !of->has[0] || of->effort || (of->body < 0 && !closure))
+        const bool closes = of->closure >= 0;
+        if (of->place < 0 || !of->has[0] || of->effort || (of->body < 0 && !closes))
             continue;
-        if (closure && closure->gear)
+        if (closes && model->closures[of->closure].gear)
             offer(c, arrow_of_teeth(drawing, model, of));
-        else if (!closure || !closure->cam || arrows->placed_count == 0)
+        else if (!closes || !model->closures[of->closure].cam || arrows->placed_count == 0)
             offer(c, arrow_of_joint(drawing, model, of));
     }
 }
