@@ -616,11 +616,58 @@ class Simulations(Case):
         told = self.arrows(1)
         self.assertEqual((told["joints"], told["scale"]), ({}, None))
 
+    def test_arrows_of_elements(self):
+        """The arrow of a contact has the force of the page's curve; one of a tyre begins in its patch."""
+        _, data = self.open(self.make("simulate", "examples/geneva_drive/geneva_drive.yaml"))
+        t, force = (numbers(column(data, name)["values"]) for name in ("t", "force.pin"))
+        k = min(range(len(t)), key=lambda k: abs(t[k] - 0.78))
+        self.assertGreater(force[k], 1)
+        told = self.arrows(t[k])
+        (x1, y1, x2, y2) = told["joints"]["pin"]["ends"]
+        self.assertAlmostEqual(math.hypot(x2 - x1, y2 - y1) / told["pixels"] / force[k], 1, delta=2e-3)
+        self.open(self.make("simulate", "examples/quarter_car_on_tyre/quarter_car_on_tyre.yaml"))
+        told = self.arrows(0.21)
+        self.assertTrue({"T.Fz", "wheel"} <= set(told["joints"]))
+        patch, _ = self.run_script("return document.querySelector('.gauge .patch').getAttribute('d').match(/-?[0-9.e-]+/g).map(Number);")
+        middle = [sum(patch[k::2]) / 4 for k in (0, 1)]
+        self.assertLess(math.dist(middle, told["joints"]["T.Fz"]["ends"][:2]), 0.5)
+
+    def test_drawn_elements(self):
+        """A belt lies on its wheels, with the length of an open belt; a road with a height and the profile of a cam are those of the model."""
+        model = self.folder / "belt.yaml"
+        model.write_text("""kempe: 1
+ground: {points: {A: [0, 0, 0], B: [0.4, 0, 0]}}
+bodies:
+  a: {joint: {revolute: z, at: ground.A}, mass: 1, inertia: {zz: 2e-4}, points: {C: [0, 0, 0]}}
+  b: {joint: {revolute: z, at: ground.B}, mass: 1, inertia: {zz: 5e-3}, points: {C: [0, 0, 0]}}
+ropes: {belt: {around: [{round: a.C, radius: 50 mm, turn: left, grip: yes}, {round: b.C, radius: 120 mm, turn: left, grip: yes}], axial_stiffness: 60 kN, preload: 300 N}}
+forces: {motor: {joint: a, torque: 4}}
+run: {t_end: 0.02}
+""")
+        self.open(self.make("simulate", model))
+        length, _ = self.run_script("""
+            const m = makeMechanism(data.picture), poses = m.motion(0.01);
+            return m.ropes.map((rope) => ropePoints(rope, poses, m.ropes)).flatMap((list) => list.slice(1).map((p, k) => norm(sub(p, list[k])))).reduce((a, b) => a + b);""")
+        lean = math.asin(0.07 / 0.4)
+        self.assertAlmostEqual(length / (0.8 * math.cos(lean) + math.pi * 0.17 + 2 * lean * 0.07), 1, delta=2e-3)
+        _, data = self.open(self.make("simulate", "examples/quarter_car_on_tyre/quarter_car_on_tyre.yaml"))
+        (road,) = [surface for surface in data["picture"]["surfaces"] if surface["kind"] == "strip"]
+        for x, _, z in road["points"]:
+            self.assertAlmostEqual(z, 0.015 * (1 - math.cos(2 * math.pi * (x - 2) / 1.2)) if 2 < x < 3.2 else 0, delta=1e-6)
+        self.assertTrue(road["points"][0][0] < 0 and road["points"][-1][0] > 9)
+        _, data = self.open(self.make("simulate", "examples/valve_train/valve_train.yaml"))
+        lines = {surface["kind"]: surface for surface in data["picture"]["surfaces"]}
+        roller, pitch = lines["cylinder"]["radius"], lines["pitch"]["points"]
+        for p in lines["curve"]["points"]:
+            self.assertAlmostEqual(min(math.dist(p, q) for q in pitch) / roller, 1, delta=0.02)
+        parts, _ = self.run_script("const m = makeMechanism({ ...data.picture }); m.thick = 1e-3; return partsOf(m, 1).map(({ kind }) => kind);")
+        self.assertEqual([parts.count("profile"), parts.count("curve")], [1, 2])
+
     def test_many_arrows(self):
         """Of many joints arrows are drawn by choice; the page tells of those without."""
         drawn, data = self.open(self.make("simulate", "examples/tram/tram.yaml", "--t-end", "0.2"))
         arrows = data["picture"]["arrows"]
-        self.assertEqual((len(arrows["joints"]), self.arrows(0.1)["joints"]), (40, {}))
+        self.assertEqual((len(arrows["rows"]), self.arrows(0.1)["joints"]), (40, {}))
         self.assertGreater(arrows["left_out"], 0)
         self.assertIn("Forces in joints (the 40 largest)", drawn.words("stage"))
         self.run_script("byId('by-force').click();")

@@ -23,6 +23,7 @@
 #include "report/base64.h"
 #include "report/beam_stress.h"
 #include "report/drawing.h"
+#include "report/road_heights.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdbool.h>
@@ -446,8 +447,8 @@ static double axis_at(const kmp_point *point, int i, int k)
     return point->turned ? point->axes[i][k] : i == k;
 }
 
-/* A wheel that turns about y of its point. */
-static void put_disc(kmp_json *json, const picture *p, int point, double radius)
+/* A wheel that turns about y of its point; `tyre`: the name of its tyre, or NULL. */
+static void put_disc(kmp_json *json, const picture *p, int point, double radius, const char *tyre)
 {
     const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, point);
     double axis[3];
@@ -458,7 +459,10 @@ static void put_disc(kmp_json *json, const picture *p, int point, double radius)
     kmp_json_put(json, "{ body %d", at.body);
     kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
-    kmp_json_put(json, "radius %.7g }", radius);
+    kmp_json_put(json, "radius %.7g", radius);
+    if (tyre)
+        kmp_json_string(json, "tyre", tyre);
+    kmp_json_end(json);
 }
 
 /* -- gears ------------------------------------------------------------------------------------------- */
@@ -565,6 +569,22 @@ static void put_sheaves(kmp_json *json, const picture *p)
         }
 }
 
+/* The part of a belt that continues from the wheel with grip where a rope ends; -1: none does. Parts have the name of
+ * their rope, and a number behind it. */
+static int next_part(const kempe_model *model, const kmp_rope *rope)
+{
+    const kmp_rope_place *end = &rope->places[rope->count - 1];
+    const char *number = strrchr(rope->name, '_');
+    for (int r = 0; number && end->drum && r < model->rope_count; r++) {
+        const kmp_rope *other = &model->ropes[r];
+        const kmp_rope_place *begin = &other->places[0];
+        if (begin->drum && begin->point == end->point && begin->turn == end->turn &&
+            strncmp(other->name, rope->name, (size_t)(number - rope->name + 1)) == 0)
+            return r;
+    }
+    return -1;
+}
+
 /* The places of a rope, none if a body of it is not drawn. */
 static void put_path(kmp_json *json, const picture *p, const kmp_rope *rope)
 {
@@ -600,7 +620,8 @@ static void put_ropes(kmp_json *json, const picture *p)
         double axis[3] = {0, 0, 0};
         if (rope->plane >= 0)
             sheave_axis(model, plane, axis);
-        kmp_json_put(json, "{ name %s closed %i body %d", rope->name, rope->closed, at.body);
+        kmp_json_put(json, "{ name %s closed %i next %d body %d", rope->name, rope->closed, next_part(model, rope),
+                     at.body);
         kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
         put_path(json, p, rope);
         kmp_json_end(json);
@@ -701,9 +722,9 @@ static void put_railway(kmp_json *json, const picture *p)
     const kempe_model *model = p->model;
     kmp_json_array(json, "discs");
     for (int w = 0; w < model->wheel_count; w++)
-        put_disc(json, p, model->wheels[w].point, model->wheels[w].radius.value);
+        put_disc(json, p, model->wheels[w].point, model->wheels[w].radius.value, NULL);
     for (int w = 0; w < model->tyre_count; w++)
-        put_disc(json, p, model->tyres[w].point, model->tyres[w].radius.value);
+        put_disc(json, p, model->tyres[w].point, model->tyres[w].radius.value, model->tyres[w].name);
     put_gears(json, p);
     put_sheaves(json, p);
     kmp_json_put(json, "] rails [");
@@ -743,25 +764,43 @@ static void put_table_curve(kmp_json *json, const picture *p, const char *name, 
     kmp_json_put(json, "] }");
 }
 
+static void put_place(kmp_json *json, const picture *p, int point, const double place[3])
+{
+    double out[3];
+    to_body(p->model, point, place, out);
+    kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+}
+
+/* The axis along which a closed curve is extruded: it is filled. */
+static void put_normal(kmp_json *json, const picture *p, int point)
+{
+    double axis[3];
+    for (int i = 0; i < 3; i++)
+        axis[i] = axis_at(&p->model->points[point], i, 2);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+}
+
 /* An outline in the plane of a point; of copies that do not join each has its own curve. */
 static void put_outline(kmp_json *json, const picture *p, const char *name, const kmp_outline *outline, int point)
 {
     const bool joins = outline->closed && outline->shape == KMP_OUTLINE_PATH;
     const int last = outline->copies - 1;
     for (int copy = 0; copy < outline->copies; copy++) {
-        if ((copy == 0 || !joins) && !begin_surface(json, p, "curve", name, point))
-            return;
-        if (copy == 0 || !joins)
+        if (copy == 0 || !joins) {
+            if (!begin_surface(json, p, "curve", name, point))
+                return;
+            if (outline->closed && !outline->hollow)
+                put_normal(json, p, point);
             kmp_json_array(json, "points");
+        }
         for (int k = 0; k < outline->piece_count; k++) {
             const kmp_piece piece = kmp_piece_copy(outline, k, copy);
             const int steps = piece.arc && piece.radius > 0 ? 2 + (int)(OUTLINE_STEPS * fabs(piece.turn)) : 1;
             const bool ends = k == outline->piece_count - 1 && (copy == last || !joins);
             for (int i = 0; i < steps + ends; i++) {
-                double place[3] = {0}, normal[2], out[3];
+                double place[3] = {0}, normal[2];
                 kmp_piece_place(&piece, (double)i / steps, place, normal);
-                to_body(p->model, point, place, out);
-                kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+                put_place(json, p, point, place);
             }
         }
         if (copy == last || !joins)
@@ -769,18 +808,39 @@ static void put_outline(kmp_json *json, const picture *p, const char *name, cons
     }
 }
 
-/* The profile of a cam in the axes of a point. */
-static void put_profile(kmp_json *json, const picture *p, const char *name, int point, const kmp_outline *outline)
+enum { CAM_PLACES = 180 };
+
+/* The path of a roller's centre about its cam. */
+static void put_pitch_curve(kmp_json *json, const picture *p, const char *name, int point,
+                            const kmp_cam_follower *follower)
 {
-    enum { PLACES = 180 };
+    kmp_table *path = follower->form == KMP_FOLLOWER_ROLLER && follower->outline->cam
+                          ? kmp_cam_path(follower->outline->cam, follower)
+                          : NULL;
+    if (path && begin_surface(json, p, "pitch", name, point)) {
+        kmp_json_array(json, "points");
+        for (int k = 0; k <= CAM_PLACES; k++) {
+            const double angle = path->x[0] + (path->x[path->count - 1] - path->x[0]) * k / CAM_PLACES;
+            const double r = kmp_table_value(path, 0, angle), place[3] = {r * cos(angle), r * sin(angle), 0};
+            put_place(json, p, point, place);
+        }
+        kmp_json_put(json, "] }");
+    }
+    kmp_table_free(path);
+}
+
+/* The profile of a cam in the axes of a point. */
+static void put_cam(kmp_json *json, const picture *p, const char *name, int point, const kmp_cam_follower *follower)
+{
+    put_pitch_curve(json, p, name, point, follower);
     if (!begin_surface(json, p, "curve", name, point))
         return;
+    put_normal(json, p, point);
     kmp_json_array(json, "points");
-    for (int k = 0; k <= PLACES; k++) {
-        double place[3] = {0}, out[3];
-        kmp_outline_place(outline, k, PLACES, place);
-        to_body(p->model, point, place, out);
-        kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+    for (int k = 0; k <= CAM_PLACES; k++) {
+        double place[3] = {0};
+        kmp_outline_place(follower->outline, k, CAM_PLACES, place);
+        put_place(json, p, point, place);
     }
     kmp_json_put(json, "] }");
 }
@@ -789,7 +849,7 @@ static void put_profile(kmp_json *json, const picture *p, const char *name, int 
 static void put_follower(kmp_json *json, const picture *p, const kmp_closure *closure)
 {
     const double axis[3] = {0, 0, 1};
-    put_profile(json, p, closure->name, closure->point[0], closure->cam->outline);
+    put_cam(json, p, closure->name, closure->point[0], closure->cam);
     if (closure->cam->form != KMP_FOLLOWER_ROLLER ||
         !begin_surface(json, p, "cylinder", closure->name, closure->point[1]))
         return;
@@ -807,7 +867,7 @@ static void put_side(kmp_json *json, const picture *p, const kmp_force *force, i
         return;
     }
     if (side->shape == KMP_TOUCH_CAM) {
-        put_profile(json, p, force->name, side->point, side->cam->outline);
+        put_cam(json, p, force->name, side->point, side->cam);
         return;
     }
     if ((side->shape != KMP_TOUCH_PLANE && side->shape != KMP_TOUCH_FACE && !(force->touch.radius[k].value > 0)) ||
@@ -819,36 +879,67 @@ static void put_side(kmp_json *json, const picture *p, const kmp_force *force, i
     kmp_json_put(json, "radius %.7g hollow %i }", force->touch.radius[k].value, side->hollow);
 }
 
-enum { ROAD_PIECES = 4, MOST_KNOTS = 500 }; /* points between two of a table; a table with more is not drawn */
+enum { ROAD_POINTS = 400 };
 
-/* A height by a table, as a curve in the plane of `along` and the normal. */
-static void put_height(kmp_json *json, const picture *p, const kmp_road *road)
+/* The range of the tyres of a road along one of its axes, and a little more. */
+static void range_on_road(const picture *p, int road, int axis, double range[2])
 {
-    const kmp_expr *height = road->height;
-    const kmp_table *table = height->kind == KMP_EXPR_TABLE && height->table && height->a->kind == KMP_EXPR_PLACE
-                                 ? height->table->table
-                                 : NULL;
-    if (!table || table->count > MOST_KNOTS || !begin_surface(json, p, "curve", road->name, road->point))
-        return;
-    kmp_json_array(json, "points");
-    for (int k = 0; k <= ROAD_PIECES * (table->count - 1); k++) {
-        const int i = k / ROAD_PIECES, next = i + 1 < table->count ? i + 1 : i;
-        double place[3] = {0, 0, 0}, out[3];
-        place[road->along] = table->x[i] + (table->x[next] - table->x[i]) * (k % ROAD_PIECES) / ROAD_PIECES;
-        place[road->normal] = kmp_table_value(table, 0, place[road->along]);
-        to_body(p->model, road->point, place, out);
-        kmp_json_rounded_numbers(json, NULL, 3, out, 7);
+    const kempe_model *model = p->model;
+    const kmp_point *point = &model->points[model->roads[road].point];
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    for (int w = 0; w < model->tyre_count; w++) {
+        const kmp_tyre *tyre = &model->tyres[w];
+        const int body = model->points[tyre->point].body;
+        const double more = (axis == model->roads[road].along ? 3 : 0.5) * tyre->radius.value;
+        for (int f = 0; tyre->road == road && body > 0 && body < p->drawing.body_count && f < p->frames; f++) {
+            const double *at = p->position + 3 * ((ptrdiff_t)f * p->moving + body - 1);
+            double along = 0;
+            for (int i = 0; i < 3; i++)
+                along += axis_at(point, i, axis) * (at[i] - point->at[i].value);
+            range[0] = fmin(range[0], along - more);
+            range[1] = fmax(range[1], along + more);
+        }
     }
-    kmp_json_put(json, "] }");
 }
 
-/* A flat road as a plane, another one as a curve. */
-static void put_road(kmp_json *json, const picture *p, const kmp_road *road)
+/* A height, as a strip under the tyres. A road on a body that moves is not drawn. */
+static void put_height(kmp_json *json, const picture *p, int number)
 {
+    const kmp_road *road = &p->model->roads[number];
+    const int across = 3 - road->normal - road->along;
+    double range[2], side[2], x[ROAD_POINTS], height[ROAD_POINTS];
+    range_on_road(p, number, road->along, range);
+    range_on_road(p, number, across, side);
+    for (int k = 0; k < ROAD_POINTS; k++)
+        x[k] = range[0] + (range[1] - range[0]) * k / (ROAD_POINTS - 1);
+    if (!(range[0] < range[1]) || p->model->points[road->point].body > 0 ||
+        !kmp_road_heights(p->model, road, ROAD_POINTS, x, height) ||
+        !begin_surface(json, p, "strip", road->name, road->point))
+        return;
+    for (int edge = 0; edge < 2; edge++) {
+        kmp_json_array(json, edge == 0 ? "points" : "others");
+        for (int k = 0; k < ROAD_POINTS; k++) {
+            double place[3], out[3];
+            place[road->along] = x[k];
+            place[road->normal] = height[k];
+            place[across] = side[edge];
+            to_body(p->model, road->point, place, out);
+            kmp_json_rounded_numbers(json, NULL, 3, out, 6);
+        }
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* A flat road as a plane, another one as a strip. */
+static void put_road(kmp_json *json, const picture *p, int number)
+{
+    const kmp_road *road = &p->model->roads[number];
     const kmp_point *point = &p->model->points[road->point];
     double axis[3];
     if (road->height) {
-        put_height(json, p, road);
+        put_height(json, p, number);
         return;
     }
     if (!begin_surface(json, p, "plane", road->name, road->point))
@@ -857,6 +948,18 @@ static void put_road(kmp_json *json, const picture *p, const kmp_road *road)
         axis[i] = axis_at(point, i, road->normal);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
     kmp_json_put(json, "radius %.7g hollow %i }", 0.0, false);
+}
+
+/* True if an earlier contact has the same outline at the same point: it is drawn. */
+static bool has_outline(const kempe_model *model, int contact, int side)
+{
+    const kmp_outline_contact *of = &model->outline_contacts[contact];
+    bool drawn = false;
+    for (int c = 0; c <= contact; c++)
+        for (int k = 0; k < (c < contact ? 2 : side); k++)
+            drawn = drawn || (model->outline_contacts[c].outline[k] == of->outline[side] &&
+                              model->outline_contacts[c].point[k] == of->point[side]);
+    return drawn;
 }
 
 /* Of contacts both sides; of points on curves the curve of a table, or the point that runs along any other. */
@@ -873,12 +976,14 @@ static void put_surfaces(kmp_json *json, const picture *p)
             put_side(json, p, force, k);
     }
     for (int k = 0; k < model->road_count; k++)
-        put_road(json, p, &model->roads[k]);
+        put_road(json, p, k);
     for (int c = 0; c < model->outline_contact_count; c++) {
         const kmp_outline_contact *contact = &model->outline_contacts[c];
         const bool any = contact->outline[0] || contact->outline[1]; /* of friction none */
         for (int k = 0; k < 2 && any; k++)
-            if (contact->outline[k])
+            if (contact->outline[k] && has_outline(model, c, k))
+                continue;
+            else if (contact->outline[k])
                 put_outline(json, p, contact->name, contact->outline[k], contact->point[k]);
             else
                 put_side(json, p, &model->forces[contact->first], k);
@@ -1037,7 +1142,7 @@ static void put_flexible(kmp_json *json, const picture *p)
 }
 
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
-                        const double *at, const kmp_joint_arrows *arrows)
+                        const double *at, const kmp_picture_forces *arrows)
 {
     picture p = {.model = model, .row = row, .at = at};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
@@ -1078,7 +1183,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         put_ropes(json, &p);
         put_surfaces(json, &p);
         put_flexible(json, &p);
-        kmp_joint_arrows_put(json, arrows, &p.drawing);
+        kmp_picture_forces_put(json, arrows, &p.drawing);
         size_t poses = (size_t)p.frames * (size_t)p.moving;
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);

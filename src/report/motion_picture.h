@@ -4,7 +4,7 @@
 
 #include "base/json.h"
 #include "model/data/mesh.h"
-#include "report/joint_arrows.h"
+#include "report/picture_forces.h"
 #include "report/step_record.h"
 
 /** At most this number of triangles: the mesh itself where it has no more, else one in the arena, which may be open.
@@ -14,7 +14,7 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
 /** Writes an object whose frames are the rows, at their times or at `at`, ascending (NULL: their times); null where
  * there are none. */
 void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
-                        const double *at, const kmp_joint_arrows *arrows);
+                        const double *at, const kmp_picture_forces *arrows);
 
 /** The number of frames that a picture of the model can have without omissions. */
 int kmp_motion_picture_frames(const kempe_model *model);

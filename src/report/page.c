@@ -174,7 +174,7 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kempe_statistics_free(page.statistics);
     kempe_table_free(page.reactions);
     kempe_table_free(page.bearings);
-    kmp_joint_arrows_free(&page.arrows);
+    kmp_picture_forces_free(&page.arrows);
     kempe_comfort_free(page.comfort);
     kempe_text_free(page.text);
     kempe_system_free(page.own);

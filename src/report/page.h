@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/json.h"
-#include "report/joint_arrows.h"
+#include "report/picture_forces.h"
 #include "report/step_record.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
@@ -72,7 +72,7 @@ typedef struct kmp_result_page {
 
     const kmp_samples *frames; /* NULL: no picture */
     const double *frame_x;     /* x of each frame; NULL: their times */
-    kmp_joint_arrows arrows;
+    kmp_picture_forces arrows;
     bool separate;      /* frames are states with no motion between them */
     kmp_samples states; /* the frames of kmp_page_add_frames */
     double *zero;       /* n + m: their rates and multipliers, which pictures do not use */

@@ -119,7 +119,7 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
     KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
-    KMP_TRY(kmp_joint_arrows_of_inverse(&page->arrows, r));
+    KMP_TRY(kmp_picture_forces_of_inverse(&page->arrows, r));
     page->x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
@@ -157,7 +157,7 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
     KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
     KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
-    KMP_TRY(kmp_joint_arrows_of_equilibria(&page->arrows, e));
+    KMP_TRY(kmp_picture_forces_of_equilibria(&page->arrows, e));
     page->separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
@@ -627,7 +627,7 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     else
         page->answer = kmp_arena_printf(&page->arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
     page->locked = !kmp_is_complete(t->status) && !t->interrupted;
-    KMP_TRY(kmp_joint_arrows_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
+    KMP_TRY(kmp_picture_forces_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
     page->x = "t";
     add_accuracy(page, t);
     return KEMPE_OK;

@@ -18,16 +18,25 @@ static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #undef KMP_FIELD
 };
 
-/* The reader refuses forces whose wing is not in the build. */
-static kmp_force_law *law_of(kmp_force_kind kind)
+static const kmp_law_row *row_of_wing(kmp_force_kind kind)
 {
-    if (laws[kind])
-        return laws[kind];
     for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
         for (const kmp_law_row *row = (*wing)->laws; row && row->law; row++)
             if (row->kind == kind)
-                return row->law;
+                return row;
     return NULL;
+}
+
+/* The reader refuses forces whose wing is not in the build. */
+static kmp_force_law *law_of(kmp_force_kind kind)
+{
+    return laws[kind] ? laws[kind] : row_of_wing(kind)->law;
+}
+
+kmp_force_place *kmp_force_place_of(kmp_force_kind kind)
+{
+    const kmp_law_row *row = row_of_wing(kind);
+    return row ? row->place : NULL;
 }
 
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied)

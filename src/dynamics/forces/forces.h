@@ -25,6 +25,10 @@ enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2, KMP_ENERGY_BY_LINKS = 4 }
  * there is no memory. */
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone);
 
+/** The place where a force acts and the axes of its first three values, in ground axes. NULL: no wing knows it. */
+typedef void kmp_force_place(const kmp_tree *tree, const kmp_force *force, kmp_vec *place, kmp_vec axes[3]);
+kmp_force_place *kmp_force_place_of(kmp_force_kind kind);
+
 /** The forces of a compliant contact or a film, and the rates against which each works, at most KMP_COMPLIANT_FORCES:
  * their number. */
 enum { KMP_COMPLIANT_FORCES = 7 };

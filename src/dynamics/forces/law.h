@@ -11,10 +11,11 @@
 typedef void kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value);
 
-/** The law of a kind of force that a wing has; `law` NULL ends a list. */
+/** The law of a kind of force that a wing has; `law` NULL ends a list. `place` NULL: its forces are not drawn. */
 typedef struct kmp_law_row {
     kmp_force_kind kind;
     kmp_force_law *law;
+    kmp_force_place *place;
 } kmp_law_row;
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;

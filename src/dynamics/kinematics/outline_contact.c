@@ -344,6 +344,34 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 
+/* The normal at the folded place, turned back to the copy where the place is. */
+void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref normal[2])
+{
+    kmp_graph *g = tree->graph;
+    const kmp_outline_part *part = touch->side[1].piece;
+    const kmp_piece *piece = &part->piece;
+    kmp_ref x = place->x[0], y = place->x[1], before;
+    if (part->fold)
+        fold_place(tree, part, part->second, &x, &y, &before);
+    for (int i = 0; i < 2; i++)
+        normal[i] = kmp_const(g, piece->normal[i]);
+    if (piece->arc) {
+        const kmp_ref dx = kmp_sub(g, x, kmp_const(g, piece->centre[0])),
+                      dy = kmp_sub(g, y, kmp_const(g, piece->centre[1]));
+        const kmp_ref size = kmp_sqrt(g, kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy)));
+        const kmp_ref over = kmp_div(g, kmp_const(g, piece->turn < 0 ? -1 : 1), size);
+        normal[0] = kmp_mul(g, over, dx);
+        normal[1] = kmp_mul(g, over, dy);
+    }
+    if (!part->fold)
+        return;
+    const kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y));
+    const complex_ref folded = {normal[0], normal[1]}, own = {place->x[0], place->x[1]}, back = {x, kmp_neg(y)};
+    const complex_ref turned = times(g, folded, times(g, own, back));
+    normal[0] = kmp_div(g, turned.re, square);
+    normal[1] = kmp_div(g, turned.im, square);
+}
+
 kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
                         kmp_ref angle, kmp_ref *turn)
 {

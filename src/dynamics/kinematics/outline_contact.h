@@ -10,6 +10,9 @@
  * in the axes of the outline. */
 kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius);
 
+/** The direction out of the solid towards that place, in the same axes. */
+void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref normal[2]);
+
 /** The way of the circle along the piece, in the direction in which the outline is traversed; `angle`: of its body
  * against the body of the outline. *turn: where it starts again (kmp_touching_way). */
 kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,

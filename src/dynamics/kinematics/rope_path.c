@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include "symbolic/substitute.h"
@@ -404,4 +405,56 @@ kmp_ref kmp_rope_tension(const kmp_tree *tree, const kmp_rope *rope)
     if (rope->kind == KMP_ROPE_ELASTIC)
         return kmp_bearing_load_measure(tree, KMP_MEASURE_NORMAL, rope->name);
     return kmp_tree_multiplier(tree, kmp_name_find(KMP_NAMED(tree->model, closure), rope->name), 0);
+}
+
+/* -- ends ---------------------------------------------------------------------------------------------- */
+
+/* On the path with all sheaves or without one. The rim of a drum is to the right of a rope that turns left. */
+static void end_on(const path *p, bool last, kmp_vec *place, kmp_vec *along)
+{
+    kmp_graph *g = p->tree->graph;
+    const int k = last ? p->rope->count - 1 : 0;
+    const kmp_vec out = span_of(p, last ? before(p, k) : 0).along;
+    *along = kmp_link_direction(p->tree, p->link, last ? kmp_vec_sub(g, kmp_vec_zero(), out) : out, 0);
+    *place = kmp_point_position(p->tree, p->rope->places[k].point, 0);
+    if (p->rope->places[k].turn == 0)
+        return;
+    const kmp_vec rim = kmp_vec_scale(g, kmp_neg(signed_radius(p, k)), kmp_vec_cross(g, p->axis, out));
+    *place = kmp_vec_add(g, *place, kmp_link_direction(p->tree, p->link, rim, 0));
+}
+
+void kmp_rope_end(const kmp_tree *tree, const kmp_rope *rope, bool last, kmp_vec *place, kmp_vec *along)
+{
+    const int k = leaving(rope);
+    path whole = path_of(tree, rope);
+    kmp_vec other[2];
+    end_on(&whole, last, place, along);
+    if (k < 0)
+        return;
+    const kmp_ref off = is_off(&whole, k);
+    whole.without = k;
+    end_on(&whole, last, &other[0], &other[1]);
+    for (int i = 0; i < 3; i++) {
+        place->x[i] = kmp_select(tree->graph, off, other[0].x[i], place->x[i]);
+        along->x[i] = kmp_select(tree->graph, off, other[1].x[i], along->x[i]);
+    }
+}
+
+/* True for the friction of the rope on one of its sheaves: ROPE_friction, ROPE_friction_2 and so on. */
+static bool is_friction_of(const kmp_force *force, const kmp_rope *rope)
+{
+    const size_t length = strlen(rope->name), word = strlen("_friction");
+    return force->kind == KMP_FORCE_FRICTION && strncmp(force->name, rope->name, length) == 0 &&
+           strncmp(force->name + length, "_friction", word) == 0 &&
+           (force->name[length + word] == '\0' || force->name[length + word] == '_');
+}
+
+kmp_ref kmp_rope_end_tension(const kmp_tree *tree, const kmp_rope *rope, bool last)
+{
+    const kempe_model *model = tree->model;
+    kmp_ref tension = kmp_rope_tension(tree, rope);
+    for (int k = 0; k < model->force_count && !last; k++)
+        if (is_friction_of(&model->forces[k], rope))
+            tension = kmp_sub(tree->graph, tension, kmp_tree_multiplier(tree, model->forces[k].closure, 0));
+    return tension;
 }

@@ -128,6 +128,18 @@ static void on_cam(const pair *p, kmp_touching *out)
     out->arm[0] = contact.arm;
 }
 
+static void on_piece(const pair *p, kmp_touching *out)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_vec place = place_of(p);
+    kmp_ref normal[2];
+    out->gap = kmp_outline_gap(p->tree, p->touch, &place, p->radius[0]);
+    kmp_outline_normal(p->tree, p->touch, &place, normal);
+    out->normal =
+        kmp_vec_add(g, kmp_vec_scale(g, normal[0], p->axes[1][0]), kmp_vec_scale(g, normal[1], p->axes[1][1]));
+    out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
+}
+
 /* -- slip ------------------------------------------------------------------------------------------------ */
 
 /* d' + w1 x arm1 - w2 x arm2, relative to the frame; its motion cancels out, because both arms end at one place. */
@@ -156,6 +168,9 @@ void kmp_touching_find(const kmp_tree *tree, const kmp_contact_pair *touch, bool
         break;
     case KMP_TOUCH_CAM:
         on_cam(&p, touching);
+        break;
+    case KMP_TOUCH_PIECE:
+        on_piece(&p, touching);
         break;
     default:
         on_round(&p, touching);
@@ -375,6 +390,26 @@ kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, i
     kmp_touching_find(tree, touch, false, &t);
     kmp_vec direction = along == 0 ? direction_in_plane(&p, t.normal) : direction_on_surface(&p, t.normal, along);
     return kmp_vec_dot(tree->graph, direction, slip_of(&p, &t));
+}
+
+/* By the same cases as the ways. */
+kmp_vec kmp_touching_direction(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_vec n, int along)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_touch_side *second = &touch->side[1];
+    const pair p = pair_of(tree, touch);
+    const kmp_vec *e = p.axes[1];
+    kmp_ref way = KMP_ZERO, turn;
+    if (along > 0)
+        return direction_on_surface(&p, n, along);
+    if (second->shape == KMP_TOUCH_PIECE)
+        return kmp_vec_cross(g, e[2], n);
+    if (!kmp_touching_way(tree, touch, 0, &way, &turn))
+        return direction_in_plane(&p, n);
+    if (second->shape != KMP_TOUCH_PLANE)
+        return kmp_vec_cross(g, e[plane_axis(&p)], second->hollow ? kmp_vec_sub(g, kmp_vec_zero(), n) : n);
+    const int i = (second->axis + 1) % 3, j = (second->axis + 2) % 3;
+    return e[kmp_touch_plane(tree->model, touch) == j ? i : j];
 }
 
 /* -- loads of bearings ------------------------------------------------------------------------------- */

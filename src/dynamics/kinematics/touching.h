@@ -17,7 +17,8 @@ typedef struct kmp_touching {
                      * part along the normal */
 } kmp_touching;
 
-/** Geometry of a contact between two sides (touch->motion < 0, no touch->gap). `across` is zero unless `slips`. */
+/** Geometry of a contact between two sides (touch->motion < 0, no touch->gap). `across` is zero unless `slips`, which
+ * pieces of outlines do not have here. */
 void kmp_touching_find(const kmp_tree *tree, const kmp_contact_pair *touch, bool slips, kmp_touching *touching);
 
 /** The distance of any contact: of two sides, of a coordinate from its limit, an expression. */
@@ -42,6 +43,10 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
  * plane along the axes of its point after its normal; on a cylinder along its axis and around it; on a profile along
  * its curve and along z; on a sphere along the axes x and y of its point, turned with z to the normal. */
 kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, int along);
+
+/** The unit vector of that component, or of the rate of the way: friction on the first body acts along it. `normal` and
+ * the result are in the axes of kmp_touching's frame. */
+kmp_vec kmp_touching_direction(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_vec normal, int along);
 
 /** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull; its journal is out of
  * the bearing; its law has no force at so great a depth; its film has its least thickness. */

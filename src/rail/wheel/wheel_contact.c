@@ -188,7 +188,7 @@ static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force
     }
 }
 
-const kmp_law_row kmp_wheel_laws[] = {{KMP_FORCE_WHEEL, law}, {0}};
+const kmp_law_row kmp_wheel_laws[] = {{KMP_FORCE_WHEEL, law, NULL}, {0}};
 
 /* -- closures -------------------------------------------------------------------------------------------- */
 

@@ -10,6 +10,7 @@ const HATCHES = ["", "hatched", "crossed"];
 const bodyColour = (b) => (b > 0 ? curveColour(b - 1) : groundColour());
 const hatchOf = (b) => (b > 0 ? HATCHES[Math.floor((b - 1) / COLOURS.length) % HATCHES.length] : "");
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
+const tyreColour = () => (isDark() ? "#565d61" : "#33383b");
 const ropeColour = () => (isDark() ? "#c9a56b" : "#8a6326");
 const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 
@@ -51,12 +52,16 @@ function switchOf(words, name, own, bodies, hidden, change) {
     return made;
 }
 
+/* The colour of a body among the names: of a solid with a colour, otherwise of its curves. */
+const solidWithColour = ({ solids }) => solids.find((part) => part.colour && !part.hole);
+const namedColour = (body, b) => (solidWithColour(body) || { colour: bodyColour(b) }).colour;
+
 /* A legend of the bodies' colours, whose names switch them off and on. */
 function tellNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
     const count = bodies.length - 1, names = bodies.map((body, b) => {
-        const solid = body.solids.find((part) => part.colour && !part.hole), mark = swatchOf(solid ? solid.colour : bodyColour(b)), hatch = hatchOf(b);
-        if (!solid && hatch) mark.classList.add(hatch);
+        const mark = swatchOf(namedColour(body, b)), hatch = hatchOf(b);
+        if (!solidWithColour(body) && hatch) mark.classList.add(hatch);
         return switchOf([mark, body.name], body.name, [b], bodies, hidden, change);
     });
     if (count <= FEW_BODIES) return byId("names").replaceChildren(...names.slice(1));
@@ -79,15 +84,15 @@ function projection(m, poses, view) {
 }
 
 /* An arrow from a place along a direction of the model as it is seen, with a letter at its tip; a dot where it points at
- * the viewer. `bold`: times the usual width; more attributes of the line. */
-function arrow([x, y], direction, view, length, colour, name, { bold = 1, ...more } = {}) {
+ * the viewer. `bold`: times the usual width; `head`: times the usual size of the tip; more attributes of the line. */
+function arrow([x, y], direction, view, length, colour, name, { bold = 1, head = bold, ...more } = {}) {
     const dx = length * dot(direction, view.right), dy = -length * dot(direction, view.up), long = Math.hypot(dx, dy);
     if (long < 3) return [drawn2d("circle", { cx: x, cy: y, r: 2.5 * bold, fill: colour, ...more })];
     const [ux, uy] = [dx / long, dy / long], tip = [x + dx, y + dy];
-    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * bold * a},${tip[1] + 5 * bold * b}`);
+    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * head * a},${tip[1] + 5 * head * b}`);
     return [
         drawn2d("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6 * bold, fill: "none", ...more }),
-        label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { fill: colour, "font-size": 11 }),
+        label2d(name, tip[0] + 8 * ux, tip[1] + 8 * uy + 4, "middle", { class: "on-picture", fill: colour, "font-size": 11 }),
     ];
 }
 

@@ -63,6 +63,8 @@ const STROKES = {
     bar: (c, { radius, colour }, points, px) => strokeLine(c, points, px(2 * radius), colour),
     ball: (c, { radius, colour }, [at], px) => fillDisc(c, at, px(radius), colour),
     face: (c, { colour }, points) => fillShape(c, points, colour, 0.25),
+    curve: (c, { radius, colour }, points, px) => strokeLine(c, points, px(2 * radius), colour),
+    profile: (c, { colour }, points) => fillShape(c, points, colour, 0.3),
     box: (c, { colour }, points) => fillShape(c, points, colour, 1),
     stop: (c, { radius }, [at], px) => ringAround(c, at, px(radius)),
     pin: (c, { colour }, [[x, y]], px, m) => {
@@ -72,11 +74,15 @@ const STROKES = {
     },
     disc: (c, { disc, colour }, [at, ...rim], px, m) => {
         if (!disc.ring) fillShape(c, rim, colour, 0.2);
+        if (disc.tyre) strokeLine(c, [...rim, rim[0]].map((p) => middle(p, at, tyreThickness(disc) / disc.radius)), px(2 * tyreThickness(disc)), tyreColour());
         strokeLine(c, [...rim, rim[0]], px((disc.teeth ? 0.5 : 1.4) * m.thick), colour);
         if (disc.ring) return;
         for (const end of discSpokes(rim)) strokeLine(c, [at, end], px(m.thick), colour);
     },
 };
+
+/* A place of the view on the way to another one. */
+const middle = ([x, y], [ax, ay], part) => [x + part * (ax - x), y + part * (ay - y)];
 
 /* A colour with light lines across, or crossed ones. */
 function hatching(c, colour, hatch) {
@@ -129,7 +135,7 @@ function canvasView(canvas, m) {
                 jobs.push({ depth: (depth(ends[0]) + depth(ends[1])) / 2, draw: () => strokeLine(c, path, (line.rod ? 1.4 : 0.8) * m.thick * scale, groundColour()) });
             }
             for (const rope of m.ropes) {
-                const path = ropePoints(rope, poses);
+                const path = ropePoints(rope, poses, m.ropes);
                 if (path.length > 0) jobs.push({ depth: Math.max(...path.map(depth)), draw: () => strokeLine(c, path.map(see), 0.7 * m.thick * scale, ropeColour()) });
             }
             jobs.sort((a, b) => a.depth - b.depth);

@@ -50,6 +50,39 @@ function barMesh([a, b], radius, material) {
 const ballMesh = (at, radius, material) => meshAt(new THREE.SphereBufferGeometry(radius, 20, 14), material, at);
 const tubeMesh = (points, closed, pieces, radius, material) => new THREE.Mesh(new THREE.TubeBufferGeometry(new THREE.CatmullRomCurve3(points.map(vector), closed), pieces, radius, 6), material);
 
+/* Prisms along the pieces of a line, as one mesh. */
+function lineMesh(points, radius, material) {
+    const places = [], normals = [], sides = 6;
+    points.slice(1).forEach((b, k) => {
+        const along = sub(b, points[k]);
+        if (norm(along) === 0) return;
+        const [x, y] = axesAlong(unit(along)), out = Array.from({ length: sides + 1 }, (_, i) => add(scaled(Math.cos((2 * Math.PI * i) / sides), x), scaled(Math.sin((2 * Math.PI * i) / sides), y)));
+        for (let i = 0; i < sides; i++)
+            for (const [end, j] of [[points[k], i], [points[k], i + 1], [b, i], [b, i], [points[k], i + 1], [b, i + 1]]) {
+                places.push(add(end, scaled(radius, out[j])));
+                normals.push(out[j]);
+            }
+    });
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", placesOf(places));
+    geometry.setAttribute("normal", placesOf(normals));
+    material.side = THREE.DoubleSide;
+    return new THREE.Mesh(geometry, material);
+}
+
+/* A filled profile: both faces are transparent, the wall between them is not. */
+function profileMeshes({ points, axis, depth, colour, hatch }) {
+    const up = unit(axis), [x, y] = axesAlong(up), flat = points.map((p) => new THREE.Vector2(dot(p, x), dot(p, y)));
+    const ends = [-0.5, 0.5].map((s) => points.map((p) => add(p, scaled(s * depth, up)))), faces = new THREE.BufferGeometry(), wall = new THREE.BufferGeometry();
+    const triangles = THREE.ShapeUtils.triangulateShape(flat, []);
+    faces.setAttribute("position", placesOf(ends.flatMap((list) => triangles.flatMap((corners) => corners.map((k) => list[k])))));
+    wall.setAttribute("position", placesOf(points.slice(1).flatMap((_, k) => [ends[0][k], ends[0][k + 1], ends[1][k], ends[1][k], ends[0][k + 1], ends[1][k + 1]])));
+    for (const geometry of [faces, wall]) geometry.computeVertexNormals();
+    const solid = shining(colour, hatch);
+    solid.side = THREE.DoubleSide;
+    return [new THREE.Mesh(wall, solid), new THREE.Mesh(faces, transparent(colour, 0.2, { side: THREE.DoubleSide }))];
+}
+
 /* A helix of unit length along z, to be stretched. */
 function springMesh(radius, wire, material) {
     const turns = 9, points = [];
@@ -71,9 +104,10 @@ function solidMesh({ solid, colour, hatch }) {
     return new THREE.Mesh(geometry, material);
 }
 
-function faceMesh({ points, colour }) {
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", placesOf(points.slice(2).flatMap((p, k) => [points[0], points[k + 1], p])));
+/* A fan about the first point; of a strip the quadrangles between both edges. */
+function faceMesh({ points, colour, strip }) {
+    const geometry = new THREE.BufferGeometry(), pairs = points.slice(0, points.length / 2 - 1).map((p, k) => [p, points[k + 1], points.at(-1 - k), points.at(-2 - k)]);
+    geometry.setAttribute("position", placesOf(strip ? pairs.flatMap(([a, b, c, d]) => [a, b, c, c, b, d]) : points.slice(2).flatMap((p, k) => [points[0], points[k + 1], p])));
     geometry.computeVertexNormals();
     return new THREE.Mesh(geometry, transparent(colour, 0.28, { side: THREE.DoubleSide }));
 }
@@ -85,10 +119,23 @@ function stopMesh({ points, radius, colour }) {
     return mesh;
 }
 
+/* A tyre is a torus around a rim with spokes. */
+function tyreMeshes(m, disc, rim, colour, hatch) {
+    const thick = tyreThickness(disc), inner = rim.map((p) => add(disc.at, scaled(1 - (2 * thick) / disc.radius, sub(p, disc.at))));
+    return [
+        meshAt(new THREE.TorusBufferGeometry(disc.radius - thick, thick, 16, 64), shining(tyreColour()), disc.at, [0, 0, 1], disc.axis),
+        tubeMesh(inner, true, 2 * inner.length, 0.7 * m.thick, shining(colour, hatch)),
+        meshAt(new THREE.CylinderBufferGeometry(disc.radius - 2 * thick, disc.radius - 2 * thick, m.thick, 48), transparent(colour, 0.35), disc.at, [0, 1, 0], disc.axis),
+        ...discSpokes(inner).map((end) => barMesh([disc.at, end], 0.5 * m.thick, shining(colour, hatch))),
+    ];
+}
+
 /* The meshes of a part, by its kind; a wheel is a transparent thin disc, its rim and three spokes. */
 const MESHES = {
     solid: (m, part) => [solidMesh(part)],
     face: (m, part) => [faceMesh(part)],
+    curve: (m, { points, radius, colour, hatch }) => [lineMesh(points, radius, shining(colour, hatch))],
+    profile: (m, part) => profileMeshes(part),
     bar: (m, { points, radius, colour, hatch }) => [barMesh(points, radius, shining(colour, hatch))],
     ball: (m, { points, radius, colour, hatch }) => [ballMesh(points[0], radius, shining(colour, hatch))],
     stop: (m, part) => [stopMesh(part)],
@@ -97,7 +144,7 @@ const MESHES = {
         meshAt(new THREE.ConeBufferGeometry(3.6 * m.thick, 6 * m.thick, 24), shining(colour), sub(at, scaled(3 * m.thick, m.basis.up)), [0, 1, 0], m.basis.up),
         ballMesh(at, 1.75 * m.thick, shining(pinColour())),
     ],
-    disc: (m, { disc, rim, colour, hatch }) => [
+    disc: (m, { disc, rim, colour, hatch }) => disc.tyre ? tyreMeshes(m, disc, rim, colour, hatch) : [
         tubeMesh(rim, true, 2 * rim.length, (disc.teeth ? 0.3 : 0.7) * m.thick, shining(colour, hatch)),
         ...(disc.ring ? [] : [
             meshAt(new THREE.CylinderBufferGeometry(disc.radius, disc.radius, m.thick, 48), transparent(colour, 0.35), disc.at, [0, 1, 0], disc.axis),
@@ -140,7 +187,7 @@ function placeLine(mesh, line, poses) {
 
 /* A rope changes its shape: its tube is made again. */
 function placeRope(mesh, rope, m, poses) {
-    const points = ropePoints(rope, poses), curve = new THREE.CurvePath();
+    const points = ropePoints(rope, poses, m.ropes), curve = new THREE.CurvePath();
     for (let k = 1; k < points.length; k++) if (norm(sub(points[k], points[k - 1])) > 0) curve.add(new THREE.LineCurve3(vector(points[k - 1]), vector(points[k])));
     mesh.geometry.dispose();
     mesh.geometry = curve.curves.length > 0 ? new THREE.TubeBufferGeometry(curve, 4 * RIM, 0.35 * m.thick, 6) : new THREE.BufferGeometry();

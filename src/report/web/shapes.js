@@ -203,18 +203,28 @@ function discRim(disc) {
     });
 }
 
+/* The radius of a tyre's section: files and models of tyres have none that pages need. */
+const tyreThickness = ({ radius }) => 0.16 * radius;
+
 const discSpokes = (rim) => [0, 1, 2].map((k) => rim[Math.floor((k * rim.length) / 3)]);
 
-/* Points along a rope in the ground's axes: its spans, and arcs on its sheaves by angles that are continuous from the start. */
-function ropePoints(rope, poses) {
-    const { places } = rope, count = places.length, points = [];
-    if (count === 0) return points;
-    const axis = sub(moved(poses[rope.body], rope.axis), moved(poses[rope.body], [0, 0, 0]));
+/* The axis of a rope, the centres of its places, and the directions of its spans, in the ground's axes. */
+function ropeSpans({ places, closed, body, axis: own }, poses) {
+    const count = places.length, axis = turned(poses[body].q, own);
     const centres = places.map((place) => moved(poses[place.body], place.at)), signed = places.map((place) => place.turn * place.radius);
-    const spans = Array.from({ length: rope.closed ? count : count - 1 }, (_, k) => {
+    const spans = Array.from({ length: closed ? count : count - 1 }, (_, k) => {
         const next = (k + 1) % count, whole = sub(centres[next], centres[k]), d = sub(whole, scaled(dot(whole, axis), axis)), p = signed[next] - signed[k];
         return scaled(1 / (dot(d, d) || 1), sub(scaled(Math.sqrt(Math.max(dot(d, d) - p * p, 0)), d), scaled(p, cross(axis, d))));
     });
+    return { axis, centres, signed, spans };
+}
+
+/* Points along a rope in the ground's axes: its spans, and arcs on its sheaves by angles that are continuous from the start. From a
+ * wheel with grip, where the next part of a belt begins, the rope goes on to it over less than a turn. */
+function ropePoints(rope, poses, ropes) {
+    const { places } = rope, count = places.length, points = [];
+    if (count === 0) return points;
+    const { axis, centres, signed, spans } = ropeSpans(rope, poses);
     /* The rim is to the right of a rope that turns left. */
     const rim = (k, along, angle) => {
         const side = scaled(-signed[k], cross(axis, along)), turned = places[k].turn * angle;
@@ -226,16 +236,21 @@ function ropePoints(rope, poses) {
     };
     /* Without a sheave that the rope has left. */
     const left = places.findIndex(({ leaves }, k) => leaves && wrapAt(k, spans.at(k - 1), spans[k]) < 0);
-    if (left >= 0) return ropePoints({ ...rope, places: places.filter((_, k) => k !== left) }, poses);
+    if (left >= 0) return ropePoints({ ...rope, places: places.filter((_, k) => k !== left) }, poses, ropes);
+    const arc = (k, into, wrap) => {
+        const steps = Math.max(1, Math.ceil((RIM * Math.abs(wrap)) / (2 * Math.PI)));
+        for (let i = 0; i <= steps; i++) points.push(rim(k, into, (wrap * i) / steps));
+    };
     places.forEach((place, k) => {
         const into = k > 0 || rope.closed ? spans.at(k - 1) : null, out = spans[k] || (rope.closed ? spans[0] : null);
         if (place.turn === 0) points.push(centres[k]);
         else if (!place.wraps) points.push(rim(k, out || into, 0));
-        else {
-            const wrap = wrapAt(k, into, out), steps = Math.max(1, Math.ceil((RIM * Math.abs(wrap)) / (2 * Math.PI)));
-            for (let i = 0; i <= steps; i++) points.push(rim(k, into, (wrap * i) / steps));
-        }
+        else arc(k, into, wrapAt(k, into, out));
     });
+    if (rope.next >= 0 && ropes[rope.next].places.length > 0) {
+        const into = spans.at(-1), [out] = ropeSpans(ropes[rope.next], poses).spans, angle = places.at(-1).turn * Math.atan2(dot(axis, cross(into, out)), dot(into, out));
+        arc(count - 1, into, angle < 0 ? angle + 2 * Math.PI : angle);
+    }
     return rope.closed ? [...points, points[0]] : points;
 }
 
@@ -278,10 +293,14 @@ function surfacesOf(picture, motion) {
         if (surface.kind === "cylinder" && !isShown(surface)) discs.push(surface);
         else if (surface.kind === "sphere" && !isShown(surface)) found.push({ ...surface, solids: sphereSolids(surface) });
         else if (surface.kind === "path") found.push({ ...surface, kind: "curve", points: runOn(picture, motion, surface) });
-        else if (surface.kind === "curve" || surface.kind === "plane") found.push(surface);
+        else if (!["cylinder", "sphere"].includes(surface.kind)) found.push(surface);
     }
     return { surfaces: found, discs };
 }
+
+/* Some points of the surfaces of a body that are in view. */
+const cornersOf = ({ kind, points, others, solids }) =>
+    solids ? solids[0].bounds : kind === "strip" ? [points, others].flatMap((list) => [list[0], list.at(-1)]) : kind === "curve" || kind === "pitch" ? points.filter((_, k) => k % 8 === 0) : [];
 
 /* The places of a point that moves on a curve, in the axes of the curve's body. */
 function runOn(picture, motion, { body, runner, end }) {
@@ -303,7 +322,7 @@ function planeCorners({ body, at, axis }, tracks, size) {
 /* -- from where --------------------------------------------------------------------------------------------- */
 
 /* World positions of all that is drawn, at some of the frames: of wheels a few points of their rims. */
-function samplePoints(picture, motion, shapes, pins, discs) {
+function samplePoints(picture, motion, shapes, pins, discs, surfaces) {
     const tracks = [], shots = Math.min(picture.frames.count, 120);
     for (let f = 0; f < shots; f++) {
         const poses = motion(timeOfShot(picture, f, shots));
@@ -313,7 +332,7 @@ function samplePoints(picture, motion, shapes, pins, discs) {
         });
         for (const disc of discs) for (const p of discRim(disc).filter((_, i) => i % 6 === 0)) (tracks[k++] ||= []).push(moved(poses[disc.body], p));
     }
-    return [...tracks, ...pins.map((p) => [p]), ...groundTracks(shapes[0], tracks)];
+    return [...tracks, ...pins.map((p) => [p]), ...groundTracks(shapes[0], surfaces, tracks)];
 }
 
 /* The greatest distance of points along an axis of the ground. */
@@ -321,10 +340,10 @@ function breadthOf(points) {
     return Math.max(...[0, 1, 2].map((i) => points.reduce((high, p) => Math.max(high, p[i]), -Infinity) - points.reduce((low, p) => Math.min(low, p[i]), Infinity)));
 }
 
-/* Solids of the ground are in view unless they are much larger than the mechanism. */
-function groundTracks(ground, tracks) {
-    const most = 1.6 * breadthOf(tracks.flat());
-    return ground.solids.filter((solid) => !(breadthOf(solid.bounds) > most)).flatMap((solid) => solid.bounds.map((p) => [p]));
+/* Solids and surfaces of the ground are in view unless they are much larger than the mechanism. */
+function groundTracks(ground, surfaces, tracks) {
+    const most = 1.6 * breadthOf(tracks.flat()), all = [...ground.solids.map(({ bounds }) => bounds), ...surfaces.filter(({ body }) => body === 0).map(cornersOf)];
+    return all.filter((points) => points.length > 0 && !(breadthOf(points) > most)).flatMap((points) => points.map((p) => [p]));
 }
 
 /* The normal of the plane that all motion is parallel to; null when there is none. */
@@ -437,6 +456,20 @@ const hingeEnds = (m, { at, axis }) => [-1, 1].map((s) => add(at, scaled(2.6 * s
 /* The ends of a guide, beyond its slider's range. */
 const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
 
+/* A plane is a face with edges, a strip of road likewise; a closed profile is filled, and as thick as a gear wheel; a curve is a line, the
+ * pitch curve of a cam a thin one. */
+function surfaceParts(m, { kind, points, others, axis, solids }, colour, lift) {
+    const line = (list, radius) => ({ kind: "curve", points: list, radius: radius * m.thick, colour, lift });
+    if (kind === "sphere") return solids.map((solid) => ({ kind: "solid", solid, colour }));
+    if (kind === "plane") return [{ kind: "face", points, colour, lift: -1e6 * m.size }, line([...points, points[0]], 0.6)];
+    if (kind === "strip") return [{ kind: "face", strip: true, points: [...points, ...[...others].reverse()], colour, lift }, line(points, 0.6), line(others, 0.6)];
+    if (kind === "pitch") return [line(points, 0.2)];
+    return axis ? [{ kind: "profile", points, axis, depth: 2 * m.thick, colour, lift }, line(points, 0.5)] : [line(points, 0.6)];
+}
+
+/* A sheave or a drum ends below its rope, which has the disc's radius. */
+const underRope = (m, disc) => (disc.sheave ? { ...disc, radius: Math.max(0.8 * disc.radius, disc.radius - 1.05 * m.thick) } : disc);
+
 /* The drawn parts of a body for either kind of drawing, axes of the body. `lift`: how much nearer to the viewer than its
  * points a part is sorted. */
 function partsOf(m, b) {
@@ -445,13 +478,9 @@ function partsOf(m, b) {
     const ball = (at, radius, own, lift) => ({ kind: "ball", points: [at], radius, colour: own, lift });
     const parts = shape.solids.map((solid) => ({ kind: "solid", solid, colour: solidColour(solid, b) }));
     parts.push(...m.guides.filter((guide) => guide.body === b).map((guide) => bar(guideEnds(m, guide), 0.35 * t, ground, behind)));
-    const surfaces = m.surfaces.filter((surface) => surface.body === b).flatMap(({ kind, points, solids }) => {
-        if (kind === "sphere") return solids.map((solid) => ({ kind: "solid", solid, colour }));
-        const lines = points.map((p, k) => (k > 0 || kind === "plane" ? bar([points.at(k - 1), p], 0.6 * t, colour, b === 0 ? behind : 0) : null)).filter(Boolean);
-        return kind === "plane" ? [{ kind: "face", points, colour, lift: behind }, ...lines] : lines;
-    });
+    const surfaces = m.surfaces.filter((surface) => surface.body === b).flatMap((surface) => surfaceParts(m, surface, colour, b === 0 ? behind : 0));
     const hatch = (part) => ({ ...part, hatch: part.colour === colour ? hatchOf(b) : "" });
-    const discs = m.discs.filter((disc) => disc.body === b).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
+    const discs = m.discs.filter((disc) => disc.body === b).map((disc) => underRope(m, disc)).map((disc) => ({ kind: "disc", points: [disc.at], disc, rim: discRim(disc), colour: b === 0 ? ground : colour, lift: b === 0 ? behind : 0 }));
     if (b === 0) return [...parts, ...surfaces, ...discs.filter(({ disc }) => disc.teeth || disc.sheave), ...m.pins.map((at) => ({ kind: "pin", points: [at], colour: ground, lift: behind })), ...m.rails.flatMap((rail) => rail.slice(1).map((p, k) => bar([rail[k], p], 0.8 * t, ground, behind)))];
     return [
         ...parts,
@@ -474,8 +503,8 @@ function makeMechanism(picture) {
     const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes));
     const pins = uncovered(groundPoints(picture), shapes[0]);
     const { rails } = picture, { surfaces, discs } = surfacesOf(picture, motion);
-    for (const { body, solids } of surfaces) if (solids) shapes[body] = { ...shapes[body], bounds: [...shapes[body].bounds, ...solids[0].bounds] };
-    const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
+    for (const surface of surfaces) if (surface.body > 0) shapes[surface.body] = { ...shapes[surface.body], bounds: [...shapes[surface.body].bounds, ...cornersOf(surface)] };
+    const tracks = samplePoints(picture, motion, shapes, pins, discs, surfaces), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);
     const centreAt = (poses) => (along ? add(extent.centre, middleOf(shapes, discs, poses)) : extent.centre);

@@ -375,7 +375,17 @@ static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force
     }
 }
 
-const kmp_law_row kmp_tyre_laws[] = {{KMP_FORCE_TYRE, law}, {0}};
+const kmp_law_row kmp_tyre_laws[] = {{KMP_FORCE_TYRE, law, kmp_tyre_place}, {0}};
+
+void kmp_tyre_place(const kmp_tree *tree, const kmp_force *force, kmp_vec *place, kmp_vec axes[3])
+{
+    const kmp_tyre *tyre = &tree->model->tyres[force->tyre];
+    rolling c = {.tree = tree, .tyre = tyre, .slope = KMP_ZERO};
+    find_place(&c, &tree->model->roads[tyre->road], force);
+    *place = kmp_vec_add(tree->graph, kmp_point_position(tree, tyre->point, 0), c.arm);
+    for (int k = 0; k < 3; k++)
+        axes[k] = c.axis[k];
+}
 
 static void show_contact(kmp_equations *eq, const kmp_output *output)
 {
