@@ -851,6 +851,41 @@ static void derivatives_follow_parameters(void)
     }
 }
 
+/* Past the change of slope of a drum with layers accelerations jump, at a time that depends on the parameters. */
+static void derivatives_pass_layers(void)
+{
+    static const char *const text =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {J: 2, m: 100}\nground: {points: {O: {at: [0, 0, 0], " SEEN
+        "}}}\ntables: {layers: {x: [0, 3, 30], y: [0.1, 0.15, 0.3], method: linear}}\nbodies:\n"
+        "  drum: {joint: {revolute: z, at: ground.O}, mass: 40, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+        "  load: {joint: {motions: [T1, T3], coordinates: [x, z], at: ground}, mass: m, points: {P: [0, 0, 0]}}\n"
+        "ropes: {r: {along: [{drum: drum.C, radius: layers, wound: 12, turn: right}, load.P]}}\n"
+        "start: {q: {x: 0.2, z: -1}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_sensitivity *s = sensitivity_of("forward", context, text, "q(drum)", "radau", 0.8, 0);
+    CHECK(s && s->count == 2 && s->columns == 1 && s->rows == 2);
+    for (int p = 0; s && p < s->count; p++) {
+        double x[2];
+        for (int side = 0; side < 2; side++) {
+            char value[32];
+            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
+            const kempe_setting set = {s->name[p], value};
+            loaded l = {.context = kempe_context_new()};
+            (void)kempe_model_read_text_set(l.context, text, "model.yaml", &set, 1, &l.model);
+            l = load_finish(l);
+            kempe_trajectory *run = simulate(&l, &ways[4], 0.8);
+            x[side] = at_end(run, "q(drum)");
+            CHECK(x[side] < -9.5);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        const double slope = (x[1] - x[0]) / (2e-4 * s->parameter[p]);
+        CHECK_NEAR(s->cell[(s->rows - 1) * s->columns * (1 + s->count) + s->columns + p], slope, 1e-6 * fabs(slope));
+    }
+    kempe_sensitivity_free(s);
+    kempe_context_free(context);
+}
+
 /* Instances of an ensemble are runs of models with these numbers, lanes of one program together. */
 static void instances_are_runs(void)
 {
@@ -1101,6 +1136,7 @@ int main(void)
     TEST(a_tackle_turns_its_sheaves);
     TEST(a_pendulum_meets_a_peg);
     TEST(derivatives_follow_parameters);
+    TEST(derivatives_pass_layers);
     TEST(instances_are_runs);
     TEST(a_load_hangs_in_balance);
     TEST(an_included_rope_has_its_prefix);

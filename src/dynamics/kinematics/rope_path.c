@@ -26,6 +26,9 @@
 /* Conditions of a place: of the path with all sheaves, then of the path without one that the rope has left. */
 enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS, LAYERS };
 
+/* The roughest path of a drum with layers: angles of finer ones differ by 1e-12 rad where dr/dw is 1e-3 of the span. */
+enum { ROUGHEST = 3 };
+
 /* A path in the axes of the link that carries all its places. */
 typedef struct path {
     const kmp_tree *tree;
@@ -33,7 +36,7 @@ typedef struct path {
     int link;
     kmp_vec axis;
     int without;   /* a place that it leaves out; -1: none */
-    int rough;     /* for drums with layers: 0, 1 or 2; their radius is by the next rougher path, or at the start */
+    int rough;     /* for drums with layers: 0 .. ROUGHEST; their radius is by the next rougher path */
     kmp_ref holds; /* 1 where the rope has this path, otherwise 0 */
 } path;
 
@@ -266,10 +269,10 @@ static kmp_ref rolled(const path *p, int k, kmp_vec along)
 
 /* -- drums with layers --------------------------------------------------------------------------------- */
 
-/* The rope on a drum lies on straight lines of the radius r over the wound angle w. Its length is the integral of r,
- * and the span leaves the circle of the radius r(w). w has the angle of the span, and this angle depends on r: w in r
- * is that of the path with the radius r(w_0), where w_0 is that with the radius at the start. Its error is of second
- * order in dr/dw over the span. The moment of the tension is T r(w) but for this error. */
+/* On a drum the radius r is by straight lines over the wound angle w. The length on it is the integral of r, and the
+ * span leaves the circle of the radius r(w). w has the angle of the span, which depends on r: so r has the w of a
+ * rougher path, whose radius is by a still rougher one. The roughest path has the radius at the start. Each of them
+ * has an error smaller than the next one by dr/dw over the span. The moment of the tension is T r(w) but for that. */
 
 /* The span that the drum at an end pays out or winds up. */
 static kmp_vec paying_span(const path *p, int k)
@@ -286,14 +289,8 @@ static kmp_ref wound_on(const path *p, int k)
     return kmp_add(g, kmp_const(g, place->wound), winds_left ? angle : kmp_neg(angle));
 }
 
-/* max(w - w_k, 0) at a point of the table. */
-static kmp_ref beyond_point(kmp_graph *g, const kmp_table *t, int k, kmp_ref wound)
-{
-    return kmp_binary(g, KMP_OP_MAX, kmp_sub(g, wound, kmp_const(g, t->x[k])), KMP_ZERO);
-}
-
-/* Runs end where the drum has no rope, or more than the table says; steps end where its slope changes. */
-static void watch_layers(const path *p, int place, const kmp_table *t, kmp_ref wound)
+/* Runs end where the drum has no rope, or more than the table says. */
+static void end_layers(const path *p, int place, const kmp_table *t, kmp_ref wound)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_rope_place *own = &p->rope->places[place];
@@ -303,28 +300,48 @@ static void watch_layers(const path *p, int place, const kmp_table *t, kmp_ref w
                  "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[0], body, name);
     kmp_tree_end(p->tree, own, LAYERS + last, kmp_sub(g, kmp_const(g, t->x[last]), wound), "its table ends there",
                  "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[last], body, name);
-    for (int k = 1; k < last; k++)
-        (void)kmp_tree_condition(p->tree, own, LAYERS + k, kmp_sub(g, wound, kmp_const(g, t->x[k])), 0, NULL,
-                                 "rope '%s' has less than %.6g rad on drum '%s.%s'", p->rope->name, t->x[k], body,
-                                 name);
+}
+
+/* max(of - w_k, 0) at a point of the table, by the condition of w - w_k: the slope of r changes there. Rougher paths
+ * have small kinks, which are passed. */
+static kmp_ref beyond_point(const path *p, int place, int k, kmp_ref wound, kmp_ref of)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope_place *own = &p->rope->places[place];
+    const double at = own->layers->table->x[k];
+    const kmp_ref beyond = kmp_sub(g, of, kmp_const(g, at));
+    const char *body, *name = point_name(p, place, &body);
+    if (p->rough > 0)
+        return kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO);
+    const kmp_ref less =
+        kmp_tree_condition(p->tree, own, LAYERS + k, kmp_sub(g, wound, kmp_const(g, at)), 0, NULL,
+                           "rope '%s' has less than %.6g rad on drum '%s.%s'", p->rope->name, at, body, name);
+    return kmp_select(g, less, KMP_ZERO, beyond);
+}
+
+/* w of the radius, by the rougher path. */
+static kmp_ref rougher_wound(const path *p, int place)
+{
+    path rougher = *p;
+    rougher.rough++;
+    return wound_on(&rougher, place);
 }
 
 static kmp_ref layer_radius(const path *p, int place)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_table *t = p->rope->places[place].layers->table;
-    if (p->rough > 1)
+    if (p->rough == ROUGHEST)
         return kmp_const(g, p->rope->places[place].radius.value);
-    path rougher = *p;
-    rougher.rough++;
-    const kmp_ref wound = wound_on(&rougher, place);
+    const kmp_ref wound = rougher_wound(p, place);
     if (p->rough == 0)
-        watch_layers(p, place, t, wound);
+        end_layers(p, place, t, wound);
     kmp_ref sum = kmp_add(g, kmp_const(g, t->y[0]),
                           kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, wound, kmp_const(g, t->x[0]))));
     for (int k = 1; k < t->count - 1; k++)
-        sum = kmp_add(g, sum,
-                      kmp_mul(g, kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]), beyond_point(g, t, k, wound)));
+        sum = kmp_add(
+            g, sum,
+            kmp_mul(g, kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]), beyond_point(p, place, k, wound, wound)));
     return sum;
 }
 
@@ -337,7 +354,7 @@ static kmp_ref layer_length(const path *p, int place)
     kmp_ref sum = kmp_add(g, kmp_mul(g, kmp_const(g, t->y[0]), first),
                           kmp_mul(g, kmp_const(g, 0.5 * t->piece[0][1]), kmp_mul(g, first, first)));
     for (int k = 1; k < t->count - 1; k++) {
-        const kmp_ref beyond = beyond_point(g, t, k, wound);
+        const kmp_ref beyond = beyond_point(p, place, k, rougher_wound(p, place), wound);
         const double half = 0.5 * (t->piece[k][1] - t->piece[k - 1][1]);
         sum = kmp_add(g, sum, kmp_mul(g, kmp_const(g, half), kmp_mul(g, beyond, beyond)));
     }
