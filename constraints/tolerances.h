@@ -725,3 +725,6 @@
 /** Steps between values in the least amplitude: with fewer the whole motion may lie between two values, where half of
  * them change nothing. */
 #define KMP_CONICITY_STEPS 1.25
+
+/** A tyre leaves its road where its deflection is below minus this part of the radius: rounding of the deflection. */
+#define KMP_TYRE_LAG 1e-15

@@ -723,7 +723,7 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
     event_tracker_tell(c, t, c->change);
     for (int k = 0; k < c->s->events.count; k++)
         if (c->s->events.condition[k].at_start && c->change[k] < 0)
-            kmp_run_log_add(c->plan.log, "event", t, NAN, NAN, "%s at the start", c->s->event_text[k]);
+            kmp_run_log_add(c->plan.log, "event", t, NAN, NAN, "%s, at the start", c->s->event_text[k]);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;
@@ -749,8 +749,10 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
         kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s '%s' %s", words.noun, force->name,
                         holds ? words.begins : words.ends);
     } else {
-        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
-                        holds == stated ? "true" : "false");
+        const char *words = condition->at_start ? (holds ? ", from here on" : ", until here")
+                            : holds == stated   ? " became true"
+                                                : " became false";
+        kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s%s", c->s->event_text[k], words);
     }
     c->count++;
 }

@@ -109,17 +109,21 @@ void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char
     kmp_text_put(text, "\n");
 }
 
-void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings)
+void kmp_print_below(kmp_text *text, const char *lines)
 {
-    if (outcome != KEMPE_OUTCOME_NOT_TRUSTWORTHY || !warnings)
-        return;
-    for (size_t length; *warnings; warnings += length + (warnings[length] != '\0')) {
+    for (size_t length; *lines; lines += length + (lines[length] != '\0')) {
         kmp_text line = {0};
-        length = strcspn(warnings, "\n");
-        kmp_text_printf(&line, "%.*s", (int)length, warnings);
+        length = strcspn(lines, "\n");
+        kmp_text_printf(&line, "%.*s", (int)length, lines);
         kmp_print_wrapped(text, "  ", 4, line.s ? line.s : "");
         kmp_text_free_part(text, &line);
     }
+}
+
+void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings)
+{
+    if (outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY && warnings)
+        kmp_print_below(text, warnings);
 }
 
 void kmp_print_answer(kmp_text *text, kmp_text *title, kempe_outcome outcome, const char *warnings, const char *label,

@@ -145,6 +145,9 @@ enum { KMP_PRINT_LINE = 100 };
 /** A line of what `first` begins, broken between words; the lines after the first one are indented by `indent`. */
 void kmp_print_wrapped(kmp_text *text, const char *first, int indent, const char *words);
 
+/** Lines below a title, each indented. */
+void kmp_print_below(kmp_text *text, const char *lines);
+
 /** Lines with the reasons why a result is not trustworthy, for below its first line; nothing of another outcome.
  * `warnings`: one per line; NULL: none. */
 void kmp_print_doubts(kmp_text *text, kempe_outcome outcome, const char *warnings);

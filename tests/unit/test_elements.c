@@ -79,10 +79,26 @@ static const char damper[] =
     INCLUDE("chain_drive", "c_", "ports: {A: a, B: b}")                                                                \
     "bodies:\n" TURNS("a", "0.1") TURNS("b", "0.3") "forces: {m: {joint: a, torque: 1}}\nstart: {qd: {" start "}}\n"
 
-#define WINCH(press)                                                                                                   \
-    "gravity: [9.81, 0, 0]\ninputs: {press: {default: " press " N, unit: N}}\n" INCLUDE(                               \
-        "winch", "w_", "ports: {drum: drum, load: load, press: press}") "bodies:\n" TURNS("drum", "2")                 \
-        SLIDES("load", "100")
+#define WINCH(press, mu)                                                                                               \
+    "gravity: [0, 0, -9.81]\ninputs: {press: {default: " press " N, unit: N}}\n" INCLUDE(                              \
+        "winch", "w_",                                                                                                 \
+        "ports: {drum: drum.C, sheave: ground.S, load: load.P, shaft: drum, press: press}, set: {friction: " mu        \
+        "}") "ground: {points: {O: {at: [0, 0, 0], axes: {z: -y, x: x}}, S: {at: [2, 0, 0.05], axes: {z: -y, x: "      \
+             "x}}}}\n"                                                                                                 \
+             "bodies:\n  drum: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 2}, points: {C: [0, 0, "    \
+             "0]}}\n"                                                                                                  \
+             "  load: {joint: {prismatic: z, at: ground}, mass: 100, points: {P: [2.1, 0, -1]}}\n"
+
+/* A block of 200 kg at four falls against 60 kg. */
+#define TACKLE(mu)                                                                                                     \
+    "gravity: [0, 0, -9.81]\n" INCLUDE(                                                                                \
+        "block_and_tackle", "t_",                                                                                      \
+        "ports: {end: ground.E, head: ground.H, block: l.C, haul: h.P}, set: "                                         \
+        "{friction: " mu                                                                                               \
+        "}") "ground: {points: {E: [-0.08, 0, 0], H: {at: [0, 0, 0], axes: {z: -y, x: x}}}}\nbodies:\n"                \
+             "  l: {joint: {prismatic: z, at: ground}, mass: 200, points: {C: {at: [0, 0, -2], axes: {z: -y, x: "      \
+             "x}}}}\n"                                                                                                 \
+             "  h: {joint: {prismatic: -z, at: ground}, mass: 60, points: {P: [-0.08, 0, -1]}}\n"
 
 #define SHAFT                                                                                                          \
     INCLUDE("two_bearing_shaft", "s_", "ports: {seat: ground.P}")                                                      \
@@ -157,13 +173,15 @@ static const machine machines[] = {
     {INCLUDE("belt_drive", "t_", "ports: {A: a, B: b}, set: {stiffness: 152351.014835708}") "bodies:\n" TURNS(
          "a", "2e-4") TURNS("b", "5e-3") "forces: {m: {joint: a, torque: 4}}\n",
      0.01, "q(a)", 0.193991010103320, 1e-11},
-    {WINCH("0"), 0.1, "qdd(load)", 5.19352941176471, 1e-10},
-    {WINCH("0"), 0.1, "w_tension", 461.647058823529, 1e-9},
-    {WINCH("2500"), 0.1, "qdd(load)", 0, 1e-10},
-    {WINCH("2500"), 0.1, "w_tension", 981, 1e-8},
-    {INCLUDE("block_and_tackle", "t_", "ports: {haul: h, load: l}") "bodies:\n" SLIDES("h", "60")
-         SLIDES("l", "200") "forces: {w: {joint: h, force: 60*9.81}, g: {joint: l, force: -200*9.81}}\n",
-     0.1, "qdd(h)", 98.1 / 72.5, 1e-10},
+    {WINCH("0", "0"), 0.1, "qdd(load)", -5.19352941176471, 1e-10},
+    {WINCH("0", "0"), 0.1, "w_tension", 461.647058823529, 1e-9},
+    {WINCH("2500", "0"), 0.1, "qdd(load)", 0, 1e-10},
+    {WINCH("2500", "0"), 0.1, "w_tension", 981, 1e-8},
+    /* T of the load is exp(mu pi/2) times the tension J a/r^2 of the drum: a = m g/(m + e J/r^2). */
+    {WINCH("0", "0.1"), 0.1, "qdd(load)", -4.80863749591091, 1e-10},
+    {TACKLE("0"), 0.1, "qdd(h)", 98.1 / 72.5, 1e-10},
+    /* With x = exp(-0.01 pi) the falls have s T, T of the hauled part, s = x + x^2 + x^3 + x^4. */
+    {TACKLE("0.01"), 0.1, "qdd(h)", 0.7937391242834586, 1e-9},
     {INCLUDE("planetary", "p_", "ports: {sun: s, ring: r, carrier: c}") "bodies:\n" TURNS("s", "1e-3") TURNS("r", "1")
          TURNS("c", "5e-3") "forces: {m: {joint: s, torque: 1}}\ndrives: {fixed: {joint: r, locked: yes}}\n",
      0.01, "qdd(s)", 1 / (1e-3 + 5e-3 / 16), 1e-8},

@@ -438,6 +438,70 @@ static void a_carriage_feels_the_rim(void)
         }
 }
 
+/* A drum winds three turns of rope whose radius grows by 20 mm each turn; its span stays along one line. The length on
+ * it is R w + d w^2/(4 pi). */
+static void layers_have_their_length(void)
+{
+    char model[1024];
+    (void)snprintf(model, sizeof model,
+                   "kempe: 1\nground: {points: {O: [0, 0, 0]}}\n"
+                   "tables: {layers: {x: [-1, 7, 40], y: [%.17g, %.17g, %.17g], method: linear}}\nbodies:\n"
+                   "  drum: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 0]}}\n"
+                   "  end: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [0, 0, "
+                   "0]}}\n"
+                   "ropes: {r: {along: [{drum: drum.C, radius: layers, turn: right}, end.P], stiffness: 1 N/m}}\n"
+                   "drives: {a: {joint: drum, angle: 6*pi*t}, b: {joint: x, displacement: 30}, c: {joint: y, "
+                   "displacement: 0.15 + 0.06*t}}\nsensors: {free: free_length(r)}\nstart: {q: {x: 30, y: 0.15}}\n",
+                   0.15 - 0.02 / (2 * pi), 0.15 + 0.02 * 7 / (2 * pi), 0.15 + 0.02 * 40 / (2 * pi));
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &ways[3], 1);
+    CHECK_NEAR(at_start(run, "free") - at_end(run, "free"), 3.39292006587698, 1e-10);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* A load turns a drum with two slopes of its radius: at first, where the radius is 150 mm, as a drum of this radius.
+ * Later the rope that has
+ * left the drum is the integral of the radius. */
+static void a_load_unwinds_layers(void)
+{
+    static const char *const text =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: {at: [0, 0, 0], " SEEN "}}}\n"
+        "tables: {layers: {x: [0, 9, 30], y: [0.105, 0.141, 0.204], method: linear}}\nbodies:\n"
+        "  drum: {joint: {revolute: z, at: ground.O}, mass: 40, inertia: {zz: 2}, points: {C: [0, 0, 0]}}\n"
+        "  load: {joint: {motions: [T1, T3], coordinates: [x, z], at: ground}, mass: 100, points: {P: [0, 0, 0]}}\n"
+        "ropes: {r: {along: [{drum: drum.C, radius: layers, wound: 12, turn: right}, load.P]}}\n"
+        "start: {q: {x: 0.15, z: -1}}\n";
+    double q[3] = {0};
+    for (int k = 0; k < WAYS; k++) {
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.7);
+        CHECK_NEAR(at_start(run, "tension(r)"), 461.647058823529, 1e-9);
+        for (int i = 0; run && i < 3; i++) {
+            q[i] = k == 0 ? last_q(run)[i] : q[i];
+            CHECK_NEAR(last_q(run)[i], q[i], 10 * ways[k].tolerance);
+        }
+        /* The wound angle of the span, by iteration. */
+        double wound = 12, radius = 0.15, length = 0;
+        for (int i = 0; i < 30; i++) {
+            radius = wound > 9 ? 0.141 + 0.003 * (wound - 9) : 0.105 + 0.004 * wound;
+            const double far = hypot(q[1], q[2]);
+            length = sqrt(far * far - radius * radius);
+            /* Direction of the span below the horizontal, which is half pi at the start. */
+            const double turned = atan2(-q[2], q[1]) + asin(radius / far);
+            wound = 12 + q[0] + turned - pi / 2;
+        }
+        const double left =
+            0.105 * wound + 0.002 * wound * wound - (wound > 9 ? 0.0005 * (wound - 9) * (wound - 9) : 0);
+        const double begun = 0.105 * 12 + 0.002 * 144 - 0.0005 * 9;
+        CHECK(wound < 8.5);
+        CHECK_NEAR(length - 1, begun - left, 1e-7);
+        CHECK(run && run->verdict.left < 1e-8);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* A winch by law on an elastic rope does work: with it the energies are balanced. */
 static void a_winch_does_work(void)
 {
@@ -787,6 +851,41 @@ static void derivatives_follow_parameters(void)
     }
 }
 
+/* Past the change of slope of a drum with layers accelerations jump, at a time that depends on the parameters. */
+static void derivatives_pass_layers(void)
+{
+    static const char *const text =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {J: 2, m: 100}\nground: {points: {O: {at: [0, 0, 0], " SEEN
+        "}}}\ntables: {layers: {x: [0, 3, 30], y: [0.1, 0.15, 0.3], method: linear}}\nbodies:\n"
+        "  drum: {joint: {revolute: z, at: ground.O}, mass: 40, inertia: {zz: J}, points: {C: [0, 0, 0]}}\n"
+        "  load: {joint: {motions: [T1, T3], coordinates: [x, z], at: ground}, mass: m, points: {P: [0, 0, 0]}}\n"
+        "ropes: {r: {along: [{drum: drum.C, radius: layers, wound: 12, turn: right}, load.P]}}\n"
+        "start: {q: {x: 0.2, z: -1}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_sensitivity *s = sensitivity_of("forward", context, text, "q(drum)", "radau", 0.8, 0);
+    CHECK(s && s->count == 2 && s->columns == 1 && s->rows == 2);
+    for (int p = 0; s && p < s->count; p++) {
+        double x[2];
+        for (int side = 0; side < 2; side++) {
+            char value[32];
+            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
+            const kempe_setting set = {s->name[p], value};
+            loaded l = {.context = kempe_context_new()};
+            (void)kempe_model_read_text_set(l.context, text, "model.yaml", &set, 1, &l.model);
+            l = load_finish(l);
+            kempe_trajectory *run = simulate(&l, &ways[4], 0.8);
+            x[side] = at_end(run, "q(drum)");
+            CHECK(x[side] < -9.5);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+        const double slope = (x[1] - x[0]) / (2e-4 * s->parameter[p]);
+        CHECK_NEAR(s->cell[(s->rows - 1) * s->columns * (1 + s->count) + s->columns + p], slope, 1e-6 * fabs(slope));
+    }
+    kempe_sensitivity_free(s);
+    kempe_context_free(context);
+}
+
 /* Instances of an ensemble are runs of models with these numbers, lanes of one program together. */
 static void instances_are_runs(void)
 {
@@ -881,11 +980,11 @@ static void refused(void)
         const char *rope, *words;
     } cases[] = {
         {"along: [ground.E, {round: ground.C, radius: 0.6, turn: left}, b.P]",
-         "model.yaml:8:12: rope 'r': at the start point 'ground.E' is 100 mm inside the sheave at 'ground.C' (radius "
+         "model.yaml:9:12: rope 'r': at the start point 'ground.E' is 100 mm inside the sheave at 'ground.C' (radius "
          "600 mm)"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: up}, b.P]",
-         "model.yaml:8:68: rope 'r': the turn is left or right, not 'up'"},
-        {"along: [ground.E, {round: ground.C, radius: 0.1}, b.P]", "model.yaml:8:31: rope 'r' has no key 'turn'"},
+         "model.yaml:9:68: rope 'r': the turn is left or right, not 'up'"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1}, b.P]", "model.yaml:9:31: rope 'r' has no key 'turn'"},
         {"along: [ground.E, {round: ground.C, turn: left}, b.P]", "rope 'r' has no key 'radius'"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left}, {round: ground.X, radius: 0.1, turn: left}, "
          "b.P]",
@@ -906,6 +1005,21 @@ static void refused(void)
          "no",
          "is 200 deg: it is at most 180 deg, a flat rim"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, turns: 0.5}, b.P]", "turns of rope 'r' is 0.5"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, turns: 1e9}, b.P]",
+         "model.yaml:9:81: turns of rope 'r' is 1e+09: a whole number from 0 to 1000 is expected"},
+        {"along: [ground.E, {round: ground.C, radius: layers, turn: left}, b.P]",
+         "a sheave has one radius: the table 'layers' is for a drum"},
+        {"along: [{drum: ground.C, radius: layers, wound: 7, turn: left}, b.P]",
+         "wound of rope 'r' is 7 rad: the table 'layers' has the radius from 0 to 6 rad"},
+        {"along: [{drum: ground.C, radius: 0.1, wound: 7, turn: left}, b.P]",
+         "wound belongs to a drum whose radius is a table"},
+        {"along: [{drum: ground.C, radius: curve, turn: left}, b.P]",
+         "the table 'curve' of its radius has the method spline and 3 points: it is 'method: linear'"},
+        {"along: [{drum: ground.C, radius: thin, turn: left}, b.P]",
+         "has the radius 0 m at 6 rad: it must be positive"},
+        {"along: [{drum: ground.C, radius: layers, turn: left}, {round: ground.D, radius: 0.1, turn: left, may_leave: "
+         "yes}, b.P]",
+         "a rope with a drum whose radius is a table has no sheave with may_leave"},
         {"along: [ground.E, b.P], preload: 10", "preload belongs to a rope with 'stiffness' or 'axial_stiffness'"},
         {"along: [ground.E, b.P], stiffness: 10, preload: 10, length: 2", "the preload follows from 'length'"},
         {"along: [ground.E, b.P], stiffness: 10, slack: no", "an elastic rope only pulls"},
@@ -948,16 +1062,18 @@ static void refused(void)
         {"along: [ground.E, b.P]}, f: {along: [ground.E, b.P]", "the section contacts has 'f', the name of its own"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         char text[2048];
-        (void)snprintf(text, sizeof text,
-                       "kempe: 1\nground: {points: {E: [0, 0, 0], C: [0.5, 0, 0], D: [0.8, 0, 0], X: {at: [1, 0, 0], "
-                       "axes: {z: x}}}}\n"
-                       "bodies:\n"
-                       "  b: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [1.5, "
-                       "0, 0]}}\n"
-                       "  s: {joint: {revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [1, 0, 0]}}\n"
-                       "  q: {joint: {name: q, prismatic: x, at: ground}, mass: 1, points: {P: [1.5, 0, 0]}}\n"
-                       "contacts: {f: {joint: x, lower: -9, restitution: 0}}\nropes: {r: {%s}}\n",
-                       cases[k].rope);
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\nground: {points: {E: [0, 0, 0], C: [0.5, 0, 0], D: [0.8, 0, 0], X: {at: [1, 0, 0], "
+            "axes: {z: x}}}}\ntables: {layers: {x: [0, 6], y: [0.1, 0.2], method: linear}, thin: {x: [0, 6], "
+            "y: [0.1, 0], method: linear}, curve: {x: [0, 3, 6], y: [0.1, 0.1, 0.2]}}\n"
+            "bodies:\n"
+            "  b: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [1.5, "
+            "0, 0]}}\n"
+            "  s: {joint: {revolute: x, at: ground}, mass: 1, inertia: {xx: 1}, points: {P: [1, 0, 0]}}\n"
+            "  q: {joint: {name: q, prismatic: x, at: ground}, mass: 1, points: {P: [1.5, 0, 0]}}\n"
+            "contacts: {f: {joint: x, lower: -9, restitution: 0}}\nropes: {r: {%s}}\n",
+            cases[k].rope);
         load_rejected(text, cases[k].words);
     }
 }
@@ -1006,6 +1122,8 @@ int main(void)
     TEST(a_tackle_has_four_falls);
     TEST(a_load_turns_a_drum);
     TEST(a_carriage_feels_the_rim);
+    TEST(layers_have_their_length);
+    TEST(a_load_unwinds_layers);
     TEST(a_winch_does_work);
     TEST(a_winch_by_law_lifts);
     TEST(a_carrier_may_turn);
@@ -1018,6 +1136,7 @@ int main(void)
     TEST(a_tackle_turns_its_sheaves);
     TEST(a_pendulum_meets_a_peg);
     TEST(derivatives_follow_parameters);
+    TEST(derivatives_pass_layers);
     TEST(instances_are_runs);
     TEST(a_load_hangs_in_balance);
     TEST(an_included_rope_has_its_prefix);

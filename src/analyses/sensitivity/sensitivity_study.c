@@ -9,7 +9,6 @@
 #include "dynamics/load_dependent.h"
 #include "integrators/formulations/formulation.h"
 #include "model/data/model.h"
-#include "model/data/tyre.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
@@ -47,30 +46,6 @@ static kempe_status find_kind(kempe_sensitivity *s)
     return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-static bool has_kink(const kmp_expr *e, const void *user)
-{
-    (void)user;
-    if (e->kind == KMP_EXPR_TABLE)
-        return e->table && e->table->table && e->table->table->method == KMP_TABLE_LINEAR;
-    return e->kind == KMP_EXPR_CALL &&
-           (e->function == KMP_FUNCTION_abs || e->function == KMP_FUNCTION_min || e->function == KMP_FUNCTION_max);
-}
-
-/* At a kink of a road the slope changes, and with it the tangential forces: kinks elsewhere change no force. */
-static kempe_status refuse_kinked_roads(const kempe_model *model)
-{
-    for (int k = 0; k < model->tyre_count; k++) {
-        const kmp_tyre *tyre = &model->tyres[k];
-        const kmp_road *road = &model->roads[tyre->road];
-        if ((tyre->along || tyre->across) && road->height && kmp_expr_find(road->height, has_kink, NULL))
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "sensitivities: the road '%s' of the tyre '%s' has a height with kinks, which is not "
-                            "supported there; write it with 'if', or as a spline",
-                            road->name, tyre->name);
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status check_method(const kempe_sensitivity *s)
 {
     const char *method = s->options->method;
@@ -80,9 +55,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    if (s->kind->integrals)
-        KMP_TRY(refuse_kinked_roads(s->model));
-    else
+    if (!s->kind->integrals)
         KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
     if (!s->kind->integrals && (!s->kind->rests || start)) /* at an equilibrium contacts that press stay closed */
         KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));

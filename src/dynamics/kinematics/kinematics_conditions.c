@@ -555,7 +555,7 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     return holds;
 }
 
-void kmp_tree_log_at_start(const kmp_tree *tree, const void *of, int number)
+void kmp_tree_warn_where_true(const kmp_tree *tree, const void *of, int number)
 {
     const int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, of, number) : -1;
     if (k >= 0)

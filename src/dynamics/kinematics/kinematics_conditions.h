@@ -41,8 +41,8 @@ kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
                            const char *advice, const char *format, ...) __attribute__((format(printf, 7, 8)));
 
-/** Such a condition, already made, is in the log where it holds at the start of a run, too. */
-void kmp_tree_log_at_start(const kmp_tree *tree, const void *of, int number);
+/** A run warns of such a condition, already made, where it holds; it is in the log where it holds at the start, too. */
+void kmp_tree_warn_where_true(const kmp_tree *tree, const void *of, int number);
 
 /** Runs end where `value` becomes negative, with the message: TEXT at t = .. s: ADVICE ("wheel 'L' left its rail", and
  * a possible cause or remedy; NULL: the model requests this end). `of` and `number` are as for kmp_tree_condition. The

@@ -20,7 +20,7 @@ typedef struct kmp_condition {
     bool told;            /* an end of a table: that it is left is reported; no event, and no input */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
     bool by_rates;        /* its value depends on qd */
-    bool at_start;        /* the log has it where it holds at the start, too */
+    bool at_start;        /* a run warns of it; the log has it where it holds at the start, too */
     bool measured;        /* the log has the largest value that it had while it was true */
     kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
     double lag;           /* of an element: it changes where its value has passed zero by this amount; 0: at zero */

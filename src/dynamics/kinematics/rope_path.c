@@ -13,6 +13,7 @@
 #include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include "symbolic/substitute.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 
@@ -24,7 +25,10 @@
 #define LEAST_WRAP -1e-6
 
 /* Conditions of a place: of the path with all sheaves, then of the path without one that the rope has left. */
-enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS };
+enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS, LAYERS };
+
+/* The roughest path of a drum with layers: angles of finer ones differ by 1e-12 rad where dr/dw is 1e-3 of the span. */
+enum { ROUGHEST = 3 };
 
 /* A path in the axes of the link that carries all its places. */
 typedef struct path {
@@ -33,6 +37,7 @@ typedef struct path {
     int link;
     kmp_vec axis;
     int without;   /* a place that it leaves out; -1: none */
+    int rough;     /* for drums with layers: 0 .. ROUGHEST; their radius is by the next rougher path */
     kmp_ref holds; /* 1 where the rope has this path, otherwise 0 */
 } path;
 
@@ -94,9 +99,12 @@ static int numbered(const path *p, int condition)
     return p->without < 0 ? condition : PATH_CONDITIONS + condition;
 }
 
+static kmp_ref layer_radius(const path *p, int place);
+
 static kmp_ref signed_radius(const path *p, int place)
 {
-    const kmp_ref r = kmp_tree_number(p->tree, &p->rope->places[place].radius);
+    const kmp_ref r = p->rope->places[place].layers ? layer_radius(p, place)
+                                                    : kmp_tree_number(p->tree, &p->rope->places[place].radius);
     return p->rope->places[place].turn < 0 ? kmp_neg(r) : r;
 }
 
@@ -105,6 +113,8 @@ static void end_span(const path *p, int k, int next, kmp_ref difference, kmp_ref
 {
     kmp_graph *g = p->tree->graph;
     const char *body[2], *name[2] = {point_name(p, k, &body[0]), point_name(p, next, &body[1])};
+    if (p->rough > 0)
+        return;
     const kmp_ref least = kmp_mul(g, kmp_const(g, LEAST_SPAN * LEAST_SPAN), kmp_mul(g, difference, difference));
     kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, SPAN_ENDS), where_it_holds(p, kmp_sub(g, square, least)),
                  "one of them has come to the rim of the other, where the rope has no free part left",
@@ -147,6 +157,8 @@ static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, 
                                       kmp_add(g, kmp_mul(g, c, cosine), kmp_mul(g, s, sine)));
     const char *body, *name = point_name(p, k, &body);
     const kmp_ref left = kmp_sub(g, kmp_const(g, MOST_TURNED * MOST_TURNED), kmp_mul(g, change, change));
+    if (p->rough > 0)
+        return change;
     kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, TURN_ENDS), where_it_holds(p, left),
                  "angles of a rope at a sheave are within half a turn of the start",
                  "rope '%s' has turned by 3.1 rad about '%s.%s' since the start", p->rope->name, body, name);
@@ -230,9 +242,9 @@ static kmp_ref virtually_turned(const path *p, int k)
     return sum;
 }
 
-/* Rim that has turned to the left with the body, less what the direction of the span has turned: both against the
- * carrier, the second one since the start. */
-static kmp_ref rolled(const path *p, int k, kmp_vec along)
+/* Angle that the body has turned to the left, less what the direction of the span has turned: both against the carrier,
+ * the second one since the start. */
+static kmp_ref turned_against_span(const path *p, int k, kmp_vec along)
 {
     const kmp_tree *tree = p->tree;
     kmp_graph *g = tree->graph;
@@ -247,8 +259,107 @@ static kmp_ref rolled(const path *p, int k, kmp_vec along)
         const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)place->turning[i].motion);
         angle = kmp_add(g, angle, place->turning[i].sense > 0 ? q : kmp_neg(q));
     }
-    angle = kmp_add(g, angle, virtually_turned(p, k));
-    return kmp_mul(g, signed_radius(p, k), angle);
+    return kmp_add(g, angle, virtually_turned(p, k));
+}
+
+/* Rim of one radius that has turned to the left against the span. */
+static kmp_ref rolled(const path *p, int k, kmp_vec along)
+{
+    return kmp_mul(p->tree->graph, signed_radius(p, k), turned_against_span(p, k, along));
+}
+
+/* -- drums with layers --------------------------------------------------------------------------------- */
+
+/* On a drum the radius r is by straight lines over the wound angle w. The length on it is the integral of r, and the
+ * span leaves the circle of the radius r(w). w has the angle of the span, which depends on r: so r has the w of a
+ * rougher path, whose radius is by a still rougher one. The roughest path has the radius at the start. Each of them
+ * has an error smaller than the next one by dr/dw over the span. The moment of the tension is T r(w) but for that. */
+
+/* The span that the drum at an end pays out or winds up. */
+static kmp_vec paying_span(const path *p, int k)
+{
+    return span_of(p, k > 0 ? before(p, k) : 0).along;
+}
+
+static kmp_ref wound_on(const path *p, int k)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope_place *place = &p->rope->places[k];
+    const kmp_ref angle = turned_against_span(p, k, paying_span(p, k));
+    const bool winds_left = (place->turn > 0) == (k > 0);
+    return kmp_add(g, kmp_const(g, place->wound), winds_left ? angle : kmp_neg(angle));
+}
+
+/* Runs end where the drum has no rope, or more than the table says. */
+static void end_layers(const path *p, int place, const kmp_table *t, kmp_ref wound)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope_place *own = &p->rope->places[place];
+    const char *body, *name = point_name(p, place, &body);
+    const int last = t->count - 1;
+    kmp_tree_end(p->tree, own, LAYERS, kmp_sub(g, wound, kmp_const(g, t->x[0])), "its table begins there",
+                 "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[0], body, name);
+    kmp_tree_end(p->tree, own, LAYERS + last, kmp_sub(g, kmp_const(g, t->x[last]), wound), "its table ends there",
+                 "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[last], body, name);
+}
+
+/* max(of - w_k, 0) at a point of the table, by the condition of w - w_k: the slope of r changes there. Rougher paths
+ * have small kinks, which are passed. */
+static kmp_ref beyond_point(const path *p, int place, int k, kmp_ref wound, kmp_ref of)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_rope_place *own = &p->rope->places[place];
+    const double at = own->layers->table->x[k];
+    const kmp_ref beyond = kmp_sub(g, of, kmp_const(g, at));
+    const char *body, *name = point_name(p, place, &body);
+    if (p->rough > 0)
+        return kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO);
+    const kmp_ref less =
+        kmp_tree_condition(p->tree, own, LAYERS + k, kmp_sub(g, wound, kmp_const(g, at)), 0, NULL,
+                           "rope '%s' has less than %.6g rad on drum '%s.%s'", p->rope->name, at, body, name);
+    return kmp_select(g, less, KMP_ZERO, beyond);
+}
+
+/* w of the radius, by the rougher path. */
+static kmp_ref rougher_wound(const path *p, int place)
+{
+    path rougher = *p;
+    rougher.rough++;
+    return wound_on(&rougher, place);
+}
+
+static kmp_ref layer_radius(const path *p, int place)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_table *t = p->rope->places[place].layers->table;
+    if (p->rough == ROUGHEST)
+        return kmp_const(g, p->rope->places[place].radius.value);
+    const kmp_ref wound = rougher_wound(p, place);
+    if (p->rough == 0)
+        end_layers(p, place, t, wound);
+    kmp_ref sum = kmp_add(g, kmp_const(g, t->y[0]),
+                          kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, wound, kmp_const(g, t->x[0]))));
+    for (int k = 1; k < t->count - 1; k++)
+        sum = kmp_add(
+            g, sum,
+            kmp_mul(g, kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]), beyond_point(p, place, k, wound, wound)));
+    return sum;
+}
+
+/* The length of the rope on the drum, from the first point of the table on. */
+static kmp_ref layer_length(const path *p, int place)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_table *t = p->rope->places[place].layers->table;
+    const kmp_ref wound = wound_on(p, place), first = kmp_sub(g, wound, kmp_const(g, t->x[0]));
+    kmp_ref sum = kmp_add(g, kmp_mul(g, kmp_const(g, t->y[0]), first),
+                          kmp_mul(g, kmp_const(g, 0.5 * t->piece[0][1]), kmp_mul(g, first, first)));
+    for (int k = 1; k < t->count - 1; k++) {
+        const kmp_ref beyond = beyond_point(p, place, k, rougher_wound(p, place), wound);
+        const double half = 0.5 * (t->piece[k][1] - t->piece[k - 1][1]);
+        sum = kmp_add(g, sum, kmp_mul(g, kmp_const(g, half), kmp_mul(g, beyond, beyond)));
+    }
+    return sum;
 }
 
 /* -- lengths ------------------------------------------------------------------------------------------- */
@@ -289,7 +400,9 @@ static kmp_ref paid_by(const path *p, bool last)
     const int k = last ? p->rope->count - 1 : 0;
     if (!p->rope->places[k].drum)
         return KMP_ZERO;
-    const kmp_ref paid = rolled(p, k, span_of(p, last ? before(p, k) : 0).along);
+    if (p->rope->places[k].layers)
+        return kmp_neg(layer_length(p, k));
+    const kmp_ref paid = rolled(p, k, paying_span(p, k));
     return last ? kmp_neg(paid) : paid;
 }
 

@@ -67,7 +67,7 @@ static void visit_gear(walk *w, const char *name, const kmp_gear *gear)
 static void visit_rope(walk *w, const kmp_rope *rope)
 {
     for (int k = 0; k < rope->count; k++)
-        if (rope->places[k].turn != 0)
+        if (rope->places[k].turn != 0 && !rope->places[k].layers)
             visit(w, rope->name, "radius", 1, &rope->places[k].radius);
     if (rope->kind == KMP_ROPE_ELASTIC)
         visit(w, rope->name, rope->axial ? "axial_stiffness" : "stiffness", 1, &rope->stiffness);

@@ -25,9 +25,11 @@ typedef struct kmp_rope_place {
     int carrier; /* body */
     int turning_count;
     kmp_rope_turning *turning;
-    double wrap;      /* of a sheave: angle at the start, with full turns; the other values are continuous from here */
-    double toward[3]; /* if its rotation counts: the direction of its span at the start, in the axes of the carrier */
-    kmp_number radius;
+    double wrap;       /* of a sheave: angle at the start, with full turns; the other values are continuous from here */
+    double toward[3];  /* if its rotation counts: the direction of its span at the start, in the axes of the carrier */
+    kmp_number radius; /* with layers: at the start */
+    const kmp_named_table *layers; /* drum: its radius over the angle that is wound on it, in straight lines; or NULL */
+    double wound;                  /* with layers: this angle at the start */
 } kmp_rope_place;
 
 /** A rope is held taut by a closure, by a rigid contact of its slack, or by a contact with a law of its slack. */

@@ -3,6 +3,7 @@
  * the wheel, y to the left, z out of the road. */
 #pragma once
 
+#include "base/text.h"
 #include "model/data/place.h"
 #include "model/language/expression.h"
 #include <stdbool.h>
@@ -49,3 +50,10 @@ typedef struct kmp_tyre {
     const double *tir; /* KMP_TIR_COUNT, SI; NULL: brush */
     const char *file;  /* NULL: brush */
 } kmp_tyre;
+
+/** Which equations a tyre by a file has: implementations of the Magic Formula differ. */
+void kmp_tyre_put_form(kmp_text *text, const kmp_tyre *tyre);
+
+/** The next line of the tyres by files, those with the same equations together, from tyre *next on, which it moves.
+ * False: there are no more. */
+bool kmp_tyres_put_forms(kmp_text *text, const kempe_model *model, int *next);

@@ -10,8 +10,10 @@
 #include "model/files/nodes.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"
+#include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reader.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 
@@ -28,6 +30,9 @@
 #define OBLIQUE 0.087
 
 #define HALF_TURN 3.14159265358979323846
+
+/* Full turns on a sheave, and points of the table of a drum: an equation has a term for each point. */
+enum { MOST_TURNS = 1000, MOST_LAYERS = 34 };
 
 static const kmp_key rope_keys[] = {
 #include "model/keys/rope_keys.def"
@@ -141,6 +146,46 @@ static const kmp_yaml *radius_of(const reading *c, const kmp_yaml *map, bool dru
     return kmp_yaml_word(&c->r->scratch, pitch->place, kmp_reader_say(c->r, "%.17g*(%s)/(2*pi)", count, pitch->text));
 }
 
+static bool is_layered(const reading *c, const kmp_yaml *radius)
+{
+    return radius->kind == KMP_YAML_SCALAR &&
+           kmp_name_find(KMP_NAMED(c->r->model, table), kmp_reader_name(c->r, radius->place.file, radius->text)) >= 0;
+}
+
+/* The radius of a drum over the angle that is wound on it. */
+static bool read_layers(const reading *c, const kmp_yaml *map, const kmp_yaml *radius, kmp_rope_place *place)
+{
+    const char *of = kmp_reader_say(c->r, "wound of %s", c->what);
+    const kmp_named_table *named = kmp_read_table_name(c->r, radius, kmp_reader_say(c->r, "the radius of %s", c->what));
+    const kmp_table *t = named ? named->table : NULL;
+    const kmp_yaml *wound = kmp_yaml_get(map, "wound");
+    if (!t)
+        return false;
+    if (!place->drum)
+        return kmp_reader_complain(c->r, radius->place, "%s: a sheave has one radius: the table '%s' is for a drum",
+                                   c->what, radius->text);
+    if (t->method != KMP_TABLE_LINEAR || t->count > MOST_LAYERS)
+        return kmp_reader_complain(c->r, radius->place,
+                                   "%s: the table '%s' of its radius has the method %s and %d points: it is 'method: "
+                                   "linear' with at most %d points",
+                                   c->what, radius->text, kmp_table_method_word(t->method), t->count, MOST_LAYERS);
+    if (wound && !kmp_read_fixed(c->r, wound, of, kmp_key_dimension(place_keys, "wound"), &place->wound))
+        return false;
+    if (!(place->wound >= t->x[0] && place->wound <= t->x[t->count - 1]))
+        return kmp_reader_complain(c->r, wound ? wound->place : radius->place,
+                                   "%s is %.6g rad: the table '%s' has the radius from %.6g to %.6g rad", of,
+                                   place->wound, radius->text, t->x[0], t->x[t->count - 1]);
+    for (int k = 0; k < t->count; k++)
+        if (!(t->y[k] > 0))
+            return kmp_reader_complain(c->r, radius->place,
+                                       "%s: the table '%s' has the radius %.6g m at %.6g rad: it "
+                                       "must be positive",
+                                       c->what, radius->text, t->y[k], t->x[k]);
+    place->layers = named;
+    place->radius = (kmp_number){.value = kmp_table_value(t, 0, place->wound)};
+    return true;
+}
+
 static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
 {
     static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
@@ -153,14 +198,22 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
         return false;
     place->turn = way == 0 ? 1 : -1;
     place->axis = axis;
-    if (!radius || !kmp_read_number(c->r, radius, of, KMP_DIM_LENGTH, &place->radius) ||
+    if (radius && is_layered(c, radius)) {
+        if (!read_layers(c, map, radius, place))
+            return false;
+    } else if (kmp_yaml_get(map, "wound")) {
+        return kmp_reader_complain(c->r, kmp_yaml_get(map, "wound")->place,
+                                   "%s: wound belongs to a drum whose radius is a table", c->what);
+    }
+    if (!radius || (!place->layers && !kmp_read_number(c->r, radius, of, KMP_DIM_LENGTH, &place->radius)) ||
         !kmp_check_rule(c->r, radius, of, KMP_FIELD_POSITIVE, place->radius.value, ""))
         return false;
     of = kmp_reader_say(c->r, "turns of %s", c->what);
     if (turns && !kmp_read_fixed(c->r, turns, of, KMP_DIM_NUMBER, &full))
         return false;
-    if (turns && (full < 0 || full != floor(full)))
-        return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number, 0 or more, is expected", of, full);
+    if (turns && (full < 0 || full != floor(full) || full > MOST_TURNS))
+        return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number from 0 to %d is expected", of, full,
+                                   MOST_TURNS);
     place->wrap = TURN * full;
     return read_rim(c, map, place) && read_leaving(c, map, place);
 }
@@ -406,6 +459,19 @@ static bool read_kind(const reading *c)
            read_own(c, "damping", KMP_FIELD_NOT_NEGATIVE, &(kmp_number){0});
 }
 
+/* The angle on a drum with layers follows one path. */
+static bool check_layers(const reading *c)
+{
+    bool leaves = false, layered = false;
+    for (int k = 0; k < c->rope->count; k++) {
+        leaves = leaves || c->rope->places[k].leaves;
+        layered = layered || c->rope->places[k].layers;
+    }
+    return !(leaves && layered) ||
+           kmp_reader_complain(c->r, c->list->place,
+                               "%s: a rope with a drum whose radius is a table has no sheave with may_leave", c->what);
+}
+
 static void read_rope(const reading *c)
 {
     const kmp_yaml *length = kmp_yaml_get(c->map, "length");
@@ -426,7 +492,7 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (!(good && rope->places && check_moves(c) && find_axes(c)))
+    if (!(good && rope->places && check_moves(c) && find_axes(c) && check_layers(c)))
         rope->count = 0; /* what uses it reports no further error */
 }
 

@@ -473,6 +473,8 @@ static void put_ropes(kmp_json *json, const kempe_model *model)
             kmp_json_put(json, "turn %s", ways[place->turn + 1]);
             if (place->turn != 0)
                 kmp_json_put(json, "radius %g drum %i", place->radius.value, place->drum);
+            if (place->layers)
+                kmp_json_put(json, "layers %s wound %g", place->layers->name, place->wound);
             kmp_json_end(json);
         }
         kmp_json_end(json);

@@ -396,6 +396,8 @@ static void show_ropes(kmp_text *text, const kempe_model *model)
                             model->bodies[point->body].name, point->name, ways[place->turn + 1]);
             if (place->turn != 0)
                 kmp_text_printf(text, " %.6g m", place->radius.value);
+            if (place->layers)
+                kmp_text_printf(text, " by %s, %.6g rad wound", place->layers->name, place->wound);
         }
         kmp_text_put(text, rope->closed ? ", closed\n" : "\n");
     }

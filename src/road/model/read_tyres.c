@@ -108,6 +108,20 @@ static bool read_places(const reading *t)
                                body->name);
 }
 
+/* Once for each file. */
+static void warn_of_unused(const reading *t, const kmp_yaml *file)
+{
+    const int more = t->tir.unused_count - KMP_TIR_FIRST_UNUSED;
+    if (t->tir.unused_count == 0)
+        return;
+    for (const kmp_tyre *other = t->r->model->tyres; other < t->tyre; other++)
+        if (other->file && strcmp(other->file, file->text) == 0)
+            return;
+    kmp_reader_warn(t->r, file->place, "%s: the equations do not use %d key%s of '%s': %s%s", t->what,
+                    t->tir.unused_count, t->tir.unused_count == 1 ? "" : "s", file->text, t->tir.unused,
+                    more > 0 ? kmp_reader_say(t->r, " and %d more", more) : "");
+}
+
 /* The file, or the brush model. */
 static bool read_source(reading *t)
 {
@@ -127,6 +141,7 @@ static bool read_source(reading *t)
     if (kept)
         memcpy(kept, t->tir.value, sizeof t->tir.value);
     t->tyre->tir = kept;
+    warn_of_unused(t, file);
     return kept && t->tyre->file;
 }
 
@@ -236,13 +251,12 @@ static void add_states(const reading *t)
 static void say_form(const reading *t)
 {
     const kmp_tyre *tyre = t->tyre;
+    kmp_text form = {0};
     if (!tyre->tir)
         return;
-    kmp_log(t->r->context, KEMPE_LOG_INFO,
-            "%s: %s by the equations of %s, pure lateral force over %s, vertical force Cz rho + Kz rho'%s%s", t->what,
-            tyre->file, tyre->form == KMP_TYRE_MF61 ? "MF 6.1 without pressure" : "PAC2002 and MF 5.2",
-            tyre->tangent ? "tan(alpha)" : "alpha", t->tir.unused ? "; not used: " : "",
-            t->tir.unused ? t->tir.unused : "");
+    kmp_tyre_put_form(&form, tyre);
+    kmp_log(t->r->context, KEMPE_LOG_INFO, "%s: %s", t->what, form.s ? form.s : "");
+    kmp_text_free(&form);
 }
 
 static void read_tyre(reading *t)

@@ -133,6 +133,15 @@ static double unit_of(const source *s, tir_dimension dimension)
     return 1;
 }
 
+/* Adds a key or a section that the equations do not use to the list of the first ones. */
+static void add_unused(source *s, const char *before, const char *name, const char *behind)
+{
+    if (s->unused_count > 0 && s->unused_count < KMP_TIR_FIRST_UNUSED)
+        kmp_text_put(&s->unused, ", ");
+    if (s->unused_count++ < KMP_TIR_FIRST_UNUSED)
+        kmp_text_printf(&s->unused, "%s%s%s", before, name, behind);
+}
+
 /* A key without a place in the equations: words, dimensions and masses say nothing to them. */
 static void note_unused(source *s, const char *key)
 {
@@ -141,7 +150,7 @@ static void note_unused(source *s, const char *key)
     for (size_t k = 0; k < sizeof silent / sizeof *silent; k++)
         if (strcmp(s->section, silent[k]) == 0)
             return;
-    kmp_text_printf(&s->unused, s->unused_count++ > 0 ? ", %s" : "%s", key);
+    add_unused(s, "", key, "");
 }
 
 /* A word of the section MODEL or the head; true: it is one. */
@@ -225,7 +234,7 @@ static void read_line(source *s, char *line)
     } else if (*line == '{') {
         s->skips = true;
         if (strcmp(s->section, "SHAPE") != 0)
-            kmp_text_printf(&s->unused, s->unused_count++ > 0 ? ", [%s]" : "[%s]", s->section);
+            add_unused(s, "[", s->section, "]");
     } else if (*line && equals) {
         *equals = '\0';
         char *key = trimmed(line), *value = trimmed(equals + 1);
@@ -329,6 +338,7 @@ bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir
         check_complete(&s);
     for (int k = 0; k < KMP_TIR_COUNT; k++)
         tir->value[k] = tir->given[k] ? tir->value[k] * unit_of(&s, rows[k].dimension) : rows[k].absent;
+    tir->unused_count = s.unused_count;
     tir->unused = s.unused_count > 0 ? kmp_reader_take(r, &s.unused) : NULL;
     kmp_text_free(&s.unused);
     s.read = text;

@@ -14,6 +14,7 @@
  * or states that follow over relaxation lengths s: s kappa' = (w.e R_e - V_x) - V kappa. None of the forces has a
  * potential: all count as power. */
 #include "road/tyre/tyre_contact.h"
+#include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
@@ -22,9 +23,11 @@
 #include "model/data/model.h"
 #include "model/data/state.h"
 #include "model/data/tyre.h"
+#include "model/language/expression_value.h"
 #include "road/tyre/magic_formula.h"
 #include "symbolic/function_table.h"
 #include "symbolic/substitute.h"
+#include "symbolic/table_function.h"
 
 /* Numbers of kmp_tree_condition. */
 enum { TOUCHES, PULLS, SLIDES, LOW, STEEP, BEYOND, BEYOND_KAPPA, BEYOND_ALPHA, BEYOND_GAMMA, SHORT, SHORT_ACROSS };
@@ -57,13 +60,25 @@ typedef struct grip {
 
 /* -- geometry ------------------------------------------------------------------------------------------ */
 
-/* The height under the centre and its slope. It is derived by a leaf, which the place then replaces. */
+static bool is_kinked(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    if (e->kind == KMP_EXPR_TABLE)
+        return e->table && e->table->table &&
+               (e->table->table->method == KMP_TABLE_LINEAR || e->table->outside == KMP_OUTSIDE_HOLD);
+    return e->kind == KMP_EXPR_CALL &&
+           (e->function == KMP_FUNCTION_abs || e->function == KMP_FUNCTION_min || e->function == KMP_FUNCTION_max);
+}
+
+/* The height under the centre and its slope. It is derived by a leaf, which the place then replaces. Where the height
+ * has a kink the slope jumps, and with it the tangential force: it is a bend, as in a closure. */
 static void find_height(const kmp_tree *tree, const kmp_force *force, kmp_ref x, kmp_ref *height, kmp_ref *slope)
 {
     kmp_graph *g = tree->graph;
     kmp_ref leaf = kmp_input(g, KMP_IN_PLACE, 0), place[3] = {leaf, KMP_ZERO, KMP_ZERO};
     kmp_tree within = *tree;
     within.place = place;
+    within.conditions.bends = kmp_expr_find(force->vector[0], is_kinked, NULL);
     kmp_ref over = kmp_tree_expression(&within, force->vector[0]);
     kmp_derivatives_by(g, leaf, 1, &over, slope);
     *slope = kmp_graph_replace(g, 1, &leaf, &x, *slope);
@@ -114,7 +129,7 @@ static void press(rolling *c)
     kmp_ref stiffness = kmp_tree_number(tree, &tyre->vertical_stiffness);
     kmp_ref damping = kmp_tree_number(tree, &tyre->vertical_damping);
     kmp_ref load = kmp_mul(g, stiffness, c->rho);
-    const double lag = 1e-15 * tyre->radius.value; /* rounding of the deflection */
+    const double lag = KMP_TYRE_LAG * tyre->radius.value;
     c->holds =
         kmp_tree_condition(tree, tyre, TOUCHES, kmp_neg(c->rho), lag, NULL, "tyre '%s' touches its road", tyre->name);
     if (damping != KMP_ZERO) {
@@ -291,13 +306,13 @@ static void relax(kmp_forces *forces, const rolling *c)
 
 /* -- ranges ------------------------------------------------------------------------------------------------ */
 
-/* Notes where `inside` is negative: a condition that changes nothing. */
+/* Warns where `inside` is negative: a condition that changes nothing. */
 static void watch(const rolling *c, int number, kmp_ref inside, const char *what)
 {
     kmp_graph *g = c->tree->graph;
     (void)kmp_tree_condition(c->tree, c->tyre, number, kmp_select(g, c->holds, inside, KMP_ONE), 0, NULL,
                              "tyre '%s' %s", c->tyre->name, what);
-    kmp_tree_log_at_start(c->tree, c->tyre, number);
+    kmp_tree_warn_where_true(c->tree, c->tyre, number);
 }
 
 static void watch_range(const rolling *c, int number, kmp_ref value, int first, const char *what)
@@ -319,17 +334,17 @@ static void watch_all(const rolling *c)
     const double low = c->tyre->low_speed.value;
     if (c->tyre->along || c->tyre->across)
         watch(c, LOW, kmp_sub(g, kmp_mul(g, c->forwards, c->forwards), kmp_const(g, low * low)),
-              "below VXLOW, where its slips are damping");
+              "is below VXLOW, where its slips are damping");
     if (c->slope != KMP_ZERO)
         watch(c, STEEP, kmp_sub(g, kmp_const(g, STEEPEST * STEEPEST), kmp_mul(g, c->slope, c->slope)),
-              "on a slope above 0.3, too steep for a contact in one point");
+              "is on a slope above 0.3, too steep for a contact in one point");
     if (!c->tyre->tir)
         return;
-    watch_range(c, BEYOND, c->load, KMP_TIR_FZMIN, "outside FZMIN .. FZMAX of its file");
-    watch_range(c, BEYOND_KAPPA, c->kappa, KMP_TIR_KPUMIN, "outside KPUMIN .. KPUMAX of its file");
+    watch_range(c, BEYOND, c->load, KMP_TIR_FZMIN, "is outside FZMIN .. FZMAX of its file");
+    watch_range(c, BEYOND_KAPPA, c->kappa, KMP_TIR_KPUMIN, "is outside KPUMIN .. KPUMAX of its file");
     watch_range(c, BEYOND_ALPHA, kmp_unary(g, KMP_OP_ATAN, c->tangent), KMP_TIR_ALPMIN,
-                "outside ALPMIN .. ALPMAX of its file");
-    watch_range(c, BEYOND_GAMMA, c->gamma, KMP_TIR_CAMMIN, "outside CAMMIN .. CAMMAX of its file");
+                "is outside ALPMIN .. ALPMAX of its file");
+    watch_range(c, BEYOND_GAMMA, c->gamma, KMP_TIR_CAMMIN, "is outside CAMMIN .. CAMMAX of its file");
 }
 
 /* -- forces and outputs ------------------------------------------------------------------------------------ */

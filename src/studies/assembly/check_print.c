@@ -11,6 +11,7 @@
 #include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/data/tyre.h"
 #include "model/language/expression.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
@@ -811,6 +812,20 @@ static void show_states(kmp_text *text, const kempe_check *check)
     kmp_text_free_part(text, &names);
 }
 
+/* The equations of tyres by files. */
+static void show_tyres(kmp_text *text, const kempe_check *check)
+{
+    for (int next = 0;;) {
+        kmp_text form = {0};
+        const bool found = kmp_tyres_put_forms(&form, check->given->model, &next);
+        if (found)
+            put_line(text, "tyres", form.s ? form.s : "");
+        kmp_text_free_part(text, &form);
+        if (!found)
+            return;
+    }
+}
+
 static void show_pivots(kmp_text *text, const kmp_partition *part)
 {
     const int count = part->m < part->n ? part->m : part->n;
@@ -832,6 +847,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "\n");
     show_independent(text, check, part->p);
     show_states(text, check);
+    show_tyres(text, check);
     kmp_list_names(&names, check->system, kmp_name_of_coordinate, part->r, part->v);
     put_words(text, "dependent coordinates", &names);
     line(text, "reason", "%s",
@@ -954,6 +970,7 @@ static void show_short(kmp_text *text, const kempe_check *check)
     show_shared(text, check);
     show_independent(text, check, MOST_LISTED);
     show_states(text, check);
+    show_tyres(text, check);
     show_limits(text, check, MOST_RANGES);
     line(text, "more", "removable constraints, alternatives, condition numbers: --all");
 }

@@ -22,6 +22,7 @@
 #include "studies/simulate/flexible_doubts.h"
 #include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
+#include "studies/simulate/run_remarks.h"
 #include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
 #include <kempe/check.h>
@@ -548,9 +549,9 @@ static kempe_trajectory *trajectory_new(const kmp_simulation *j)
 }
 
 KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(trajectory->report.reason),
-          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording),
-          kmp_reaction_watch_free(trajectory->watch), kmp_run_log_free(&trajectory->log),
-          kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
+          kmp_free(trajectory->warnings), kmp_text_free(&trajectory->remarks),
+          kmp_recording_free(trajectory->recording), kmp_reaction_watch_free(trajectory->watch),
+          kmp_run_log_free(&trajectory->log), kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
@@ -753,6 +754,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
+    kmp_remark_conditions(t->system, &t->log, &t->remarks);
     kmp_warn_of_lift_off(t->system, &t->table);
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
     status = status == KEMPE_OK ? doubted : status;

@@ -68,6 +68,7 @@ struct kempe_trajectory {
     kempe_status status;
     char *reason;           /* "" when complete; at the end that the model requests its condition */
     char *warnings;         /* of the computation, one per line */
+    kmp_text remarks;       /* of these, the ones that a result begins with although it is trusted */
     const char *integrator; /* the last one of the run, which may have changed it */
     const char *source;     /* the reference's path, NULL when none was given */
     kmp_samples table;

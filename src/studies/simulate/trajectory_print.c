@@ -8,6 +8,7 @@
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/data/tyre.h"
 #include "output/print.h"
 #include "output/reactions.h"
 #include "output/result_table.h"
@@ -369,6 +370,20 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
                         log->count > log->kept ? "" : " (--json)");
 }
 
+/* The equations of tyres by files. */
+static void show_tyres(kmp_text *text, const kempe_model *model)
+{
+    for (int next = 0;;) {
+        kmp_text form = {0};
+        const bool found = kmp_tyres_put_forms(&form, model, &next);
+        if (found)
+            kmp_print_wrapped(text, "  ", 4, form.s ? form.s : "");
+        kmp_text_free_part(text, &form);
+        if (!found)
+            return;
+    }
+}
+
 static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
 {
     kmp_text title = {0};
@@ -382,6 +397,9 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
         kmp_convergence_put_apart(&title, t->system->context, &t->again, kmp_trajectory_unit(t));
     }
     kmp_print_answer(text, &title, kempe_trajectory_outcome(t), t->warnings, "", NULL);
+    if (kempe_trajectory_outcome(t) != KEMPE_OUTCOME_NOT_TRUSTWORTHY && t->remarks.s)
+        kmp_print_below(text, t->remarks.s);
+    show_tyres(text, t->system->model);
     if (t->table.rows > 0) {
         show_state(text, t);
         show_outputs(text, t);
