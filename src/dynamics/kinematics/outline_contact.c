@@ -7,6 +7,7 @@
  * times the angle from the middle of the nearest copy. The condition that the sine is negative joins its branches. */
 #include "dynamics/kinematics/outline_contact.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/outline.h"
 #include "symbolic/function_table.h"
 #include <math.h>
@@ -166,30 +167,49 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 
-kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
-                        kmp_ref angle, kmp_ref *turn)
+/* Of a circle about (x, y): the length along a line, or the angle from the middle of an arc, which starts again on the
+ * other side, and the distance from the arc's centre. */
+static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref *distance)
 {
     kmp_graph *g = tree->graph;
-    const kmp_outline_part *part = touch->side[1].piece;
     const kmp_piece *piece = &part->piece;
     kmp_ref x = place->x[0], y = place->x[1], before;
     double middle[2], normal[2];
-    *turn = KMP_ZERO;
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
-    const kmp_ref rolled = kmp_mul(g, radius, angle);
     kmp_piece_tangent(piece, false, middle);
     if (!piece->arc)
-        return kmp_sub(g, along(g, middle, piece->from, x, y), rolled);
-    /* the angle from the middle of the arc: it starts again on the other side */
+        return along(g, middle, piece->from, x, y);
     kmp_piece_place(piece, 0.5, middle, normal);
     const double sign = piece->turn < 0 ? -1 : 1, out[2] = {sign * normal[0], sign * normal[1]};
     const double left[2] = {-out[1], out[0]};
-    const kmp_ref around =
-        kmp_binary(g, KMP_OP_ATAN2, along(g, left, piece->centre, x, y), along(g, out, piece->centre, x, y));
+    const kmp_ref sine = along(g, left, piece->centre, x, y), cosine = along(g, out, piece->centre, x, y);
+    *distance = kmp_sqrt(g, kmp_add(g, kmp_mul(g, sine, sine), kmp_mul(g, cosine, cosine)));
+    return kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
+}
+
+kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
+                        kmp_ref rolled, kmp_ref *turn)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_piece *piece = &touch->side[1].piece->piece;
+    kmp_ref unused, passed = around(tree, touch->side[1].piece, place, &unused);
+    *turn = KMP_ZERO;
+    if (!piece->arc)
+        return kmp_sub(g, passed, rolled);
     const kmp_ref r = kmp_const(g, piece->radius);
     const kmp_ref reach = piece->turn < 0 ? kmp_sub(g, radius, r) : kmp_add(g, radius, r);
     if (fabs(piece->turn) >= TURN)
         *turn = reach;
-    return kmp_sub(g, kmp_mul(g, reach, around), rolled);
+    return kmp_sub(g, kmp_mul(g, reach, passed), rolled);
+}
+
+kmp_ref kmp_outline_slip(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref rolled)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_piece *piece = &touch->side[1].piece->piece;
+    kmp_ref distance, passed = around(tree, touch->side[1].piece, place, &distance);
+    const kmp_vec rate = kmp_vec_rate(tree, (kmp_vec){{passed, rolled, KMP_ZERO}});
+    const kmp_ref moved = piece->arc ? kmp_mul(g, distance, rate.x[0]) : rate.x[0];
+    return kmp_sub(g, piece->arc && piece->turn < 0 ? kmp_neg(moved) : moved, rate.x[1]);
 }
