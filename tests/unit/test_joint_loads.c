@@ -553,6 +553,38 @@ static void rolling(void)
     }
 }
 
+/* A disc of radius 0.1 that does not turn slides along a floor or an outline, the normal force 10 N and the friction 5
+ * N: its guide carries 0.5 N m, which the friction has about the centre. With a law it is 1 mm deep. */
+static void sliding_discs(void)
+{
+    static const char *const surface[] = {"plane: ground.O, normal: y", "outline: table, at: ground.O",
+                                          "outline: block, at: ground.O"};
+    static const struct {
+        const char *law;
+        double height;
+    } kind[] = {{"restitution: 0, friction: 0.5", 0.1},
+                {"law: hertz, exponent: 1, stiffness: 1e4, friction: {coefficient: 0.5, speed: 1e-6}", 0.099}};
+    for (int k = 0; k < 6; k++) {
+        char text[2048];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -10, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+                       "outlines:\n  table: {segment: [[5, 0], [-5, 0]]}\n"
+                       "  block: {rectangle: [2, 2], at: [0, -1], round: 0.3}\nbodies:\n"
+                       "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                       "  disc: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                       "contacts: {c: {cylinder: disc.C, radius: 0.1, on: {%s}, %s}}\n"
+                       "start: {q: {y: %g}, qd: {x: 1}}\n"
+                       "run: {t_end: 0.01, output_step: 0.01, rtol: 1e-11, outputs: [moment(y)]}\n",
+                       surface[k % 3], kind[k / 3].law, kind[k / 3].height);
+        loaded l = load_text(text);
+        evaluated e = evaluate(&l, NULL, KEMPE_OK);
+        CHECK(e.rows == 2);
+        CHECK_NEAR(e.rows == 2 ? shown_at(&e, 1)[2] : 0, 0.5, 1e-9);
+        release(&e);
+        unload(&l);
+    }
+}
+
 /* A force ends at the time of a row. The row is before that, with accelerations and forces of one side. */
 static void rows_at_events(void)
 {
@@ -628,6 +660,7 @@ int main(void)
     TEST(friction_on_shared_loads);
     TEST(refused);
     TEST(rolling);
+    TEST(sliding_discs);
     TEST(rows_at_events);
     TEST(operations_grow_with_the_joints);
     return check_report();

@@ -146,6 +146,7 @@ static void a_ratchet_locks(void)
 /* A block rocks from one corner to the other, each impact without restitution (Housner). */
 static void a_block_rocks(void)
 {
+    kempe_status status;
     for (int k = 0; k < WAYS; k++) {
         loaded l = load_text(PLANE "parameters: {tilt: 0.08}\noutlines: {box: {rectangle: [0.2, 1]}}\n" FREE(
             "block", "10", "\"10*1.04/12\"") "contacts: {feet: {outline: box, at: block.C, on: {plane: ground.O, "
@@ -153,7 +154,8 @@ static void a_block_rocks(void)
                                              "friction: 5}}\n"
                                              "start: {q: {r: tilt, x: \"-0.5 m*sin(tilt)+ 0.1 m*cos(tilt)\", y: \"0.1 "
                                              "m*sin(tilt) + 0.5 "
-                                             "m*cos(tilt)\"}}\n");
+                                             "m*cos(tilt)\"}}\n"
+                                             "run: {until: \"if(t > 0.3, qd(r), -1) > 0\"}\n");
         kempe_trajectory *run = simulate(&l, &ways[k], 0.3);
         const kmp_log_entry *impact = entry(run, "impact", 0);
         CHECK(impact != NULL);
@@ -161,6 +163,11 @@ static void a_block_rocks(void)
             CHECK_NEAR(impact->t, 0.292540372468249, 10 * ways[k].tolerance);
             CHECK_NEAR(impact->after / impact->before, 0.942307692307692 * 0.942307692307692, 100 * ways[k].tolerance);
         }
+        kempe_trajectory_free(run);
+        run = simulate_any(&l, &ways[k], 1, &status); /* to its largest tilt on the other corner */
+        CHECK(status == KEMPE_OK);
+        CHECK_NEAR(last_q(run)[2], -0.0685607796227399, 10 * ways[k].tolerance);
+        CHECK_NEAR(last_qd(run)[2], 0, 100 * ways[k].tolerance);
         kempe_trajectory_free(run);
         unload(&l);
     }
@@ -190,6 +197,10 @@ static void a_rod_slides_over_a_corner(void)
         CHECK(leaves != NULL);
         if (leaves)
             CHECK_NEAR(leaves->t, 0.376515851397015, 100 * loose);
+        kempe_trajectory_free(run);
+        run = simulate(&l, &ways[k], 0.376515851397015);
+        CHECK_NEAR(hypot(last_q(run)[0], last_q(run)[1]), 0.205446169551754, loose);
+        CHECK_NEAR(last_q(run)[2], -0.712256791936816, loose);
         kempe_trajectory_free(run);
         unload(&l);
     }

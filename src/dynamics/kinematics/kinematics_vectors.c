@@ -362,3 +362,16 @@ kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor)
         w = kmp_vec_add(tree->graph, w, kmp_vec_axis(tree->links[link].qd, tree->links[link].axis));
     return w;
 }
+
+kmp_ref kmp_virtual_turn(const kmp_tree *tree, int link, int ancestor, int frame, kmp_vec axis)
+{
+    kmp_ref sum = KMP_ZERO;
+    for (; link != ancestor; link = tree->links[link].parent) {
+        kmp_vec turn;
+        for (uint32_t c = 0; c < 3; c++)
+            turn.x[c] = tree->links[link].virtual_spin ? kmp_input(tree->graph, KMP_IN_ALONG, 3 + c) : KMP_ZERO;
+        turn = kmp_link_direction(tree, tree->links[link].parent, turn, frame);
+        sum = kmp_add(tree->graph, sum, kmp_vec_dot(tree->graph, turn, axis));
+    }
+    return sum;
+}

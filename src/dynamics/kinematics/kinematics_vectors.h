@@ -29,6 +29,11 @@ kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec 
  * axes may be non-rotating. */
 kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 
+/** The angle about `axis`, in the axes of `frame`, by which a virtual displacement of a joint turns a link against an
+ * ancestor; zero without one. Sums of joint angles lack it, and loads of joints are forces along it
+ * (dynamics/joint_loads.c). */
+kmp_ref kmp_virtual_turn(const kmp_tree *tree, int link, int ancestor, int frame, kmp_vec axis);
+
 /** The inputs KMP_IN_TIME whose derivatives by t equations need, and these derivatives: of t, and of the inputs of
  * the model. There are kmp_tree_time_leaf_count of them. */
 int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction);

@@ -12,6 +12,7 @@
 #include "dynamics/kinematics/outline_contact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/outline.h"
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
@@ -304,11 +305,14 @@ static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, cons
 }
 
 /* The circle goes as its centre does: by the length of lines, and by (R + r) times the turn of arcs. */
-static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
-                       kmp_ref radius, kmp_ref *turn)
+static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref radius,
+                       kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
     const run_rows rows = rows_of(g, first);
+    kmp_ref x = place->x[0], y = place->x[1], before;
+    if (first->fold)
+        fold_place(tree, first, first->second, &x, &y, &before);
     const kmp_ref index = index_of(tree, first, place, x, y);
     const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
     const kmp_ref ox = number_of(g, &rows, COLUMN_OUT_X, index), oy = number_of(g, &rows, COLUMN_OUT_Y, index);
@@ -372,32 +376,59 @@ void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, con
     normal[1] = kmp_div(g, turned.im, square);
 }
 
+/* Of a circle about (x, y): the length along a line, or the angle from the middle of an arc, which starts again on the
+ * other side, and the distance from the arc's centre. */
+static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref *distance)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_piece *piece = &part->piece;
+    kmp_ref x = place->x[0], y = place->x[1], before;
+    double middle[2], normal[2];
+    if (part->fold)
+        fold_place(tree, part, part->second, &x, &y, &before);
+    kmp_piece_tangent(piece, false, middle);
+    if (!piece->arc)
+        return along(g, middle, piece->from, x, y);
+    kmp_piece_place(piece, 0.5, middle, normal);
+    const double sign = piece->turn < 0 ? -1 : 1, out[2] = {sign * normal[0], sign * normal[1]};
+    const double left[2] = {-out[1], out[0]};
+    const kmp_ref sine = along(g, left, piece->centre, x, y), cosine = along(g, out, piece->centre, x, y);
+    *distance = kmp_sqrt(g, kmp_add(g, kmp_mul(g, sine, sine), kmp_mul(g, cosine, cosine)));
+    return kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
+}
+
 kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
-                        kmp_ref angle, kmp_ref *turn)
+                        kmp_ref rolled, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
     const kmp_piece *piece = &part->piece;
-    kmp_ref x = place->x[0], y = place->x[1], before;
-    double middle[2], normal[2];
     *turn = KMP_ZERO;
-    if (part->fold)
-        fold_place(tree, part, part->second, &x, &y, &before);
-    const kmp_ref rolled = kmp_mul(g, radius, angle);
     if (part->next)
-        return kmp_sub(g, run_way(tree, part, place, x, y, radius, turn), rolled);
-    kmp_piece_tangent(piece, false, middle);
+        return kmp_sub(g, run_way(tree, part, place, radius, turn), rolled);
+    kmp_ref unused, passed = around(tree, part, place, &unused);
     if (!piece->arc)
-        return kmp_sub(g, along(g, middle, piece->from, x, y), rolled);
-    /* the angle from the middle of the arc: it starts again on the other side */
-    kmp_piece_place(piece, 0.5, middle, normal);
-    const double sign = piece->turn < 0 ? -1 : 1, out[2] = {sign * normal[0], sign * normal[1]};
-    const double left[2] = {-out[1], out[0]};
-    const kmp_ref around =
-        kmp_binary(g, KMP_OP_ATAN2, along(g, left, piece->centre, x, y), along(g, out, piece->centre, x, y));
+        return kmp_sub(g, passed, rolled);
     const kmp_ref r = kmp_const(g, piece->radius);
     const kmp_ref reach = piece->turn < 0 ? kmp_sub(g, radius, r) : kmp_add(g, radius, r);
     if (fabs(piece->turn) >= TURN)
         *turn = reach;
-    return kmp_sub(g, kmp_mul(g, reach, around), rolled);
+    return kmp_sub(g, kmp_mul(g, reach, passed), rolled);
+}
+
+kmp_ref kmp_outline_slip(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
+                         kmp_ref rolled)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_outline_part *part = touch->side[1].piece;
+    const kmp_piece *piece = &part->piece;
+    kmp_ref distance, turn;
+    if (part->next) { /* rigid: the circle is nowhere deep */
+        const kmp_ref way = kmp_outline_way(tree, touch, place, radius, rolled, &turn);
+        return kmp_vec_rate(tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0];
+    }
+    const kmp_ref passed = around(tree, part, place, &distance);
+    const kmp_vec rate = kmp_vec_rate(tree, (kmp_vec){{passed, rolled, KMP_ZERO}});
+    const kmp_ref moved = piece->arc ? kmp_mul(g, distance, rate.x[0]) : rate.x[0];
+    return kmp_sub(g, piece->arc && piece->turn < 0 ? kmp_neg(moved) : moved, rate.x[1]);
 }

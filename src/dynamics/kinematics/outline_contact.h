@@ -13,7 +13,12 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
 /** The direction out of the solid towards that place, in the same axes. */
 void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref normal[2]);
 
-/** The way of the circle along the piece, in the direction in which the outline is traversed; `angle`: of its body
- * against the body of the outline. *turn: where it starts again (kmp_touching_way). */
+/** The way of the circle along the piece, in the direction in which the outline is traversed; `rolled`: the way of its
+ * rim by rolling. *turn: where it starts again (kmp_touching_way). */
 kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
-                        kmp_ref angle, kmp_ref *turn);
+                        kmp_ref rolled, kmp_ref *turn);
+
+/** The velocity of the circle's material along the piece at its place of contact, m/s, also where it is deep: the
+ * circle turns around an arc at its distance from the arc's centre. */
+kmp_ref kmp_outline_slip(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
+                         kmp_ref rolled);

@@ -225,23 +225,6 @@ kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
     return on_path(tree, rope, place, wrap_at);
 }
 
-/* The angle to the left by which a virtual displacement of a joint between a place and its carrier turns the place.
- * Loads of joints are forces along it (dynamics/joint_loads.c). */
-static kmp_ref virtually_turned(const path *p, int k)
-{
-    const kmp_tree *tree = p->tree;
-    kmp_ref sum = KMP_ZERO;
-    for (int i = kmp_point_link(tree, p->rope->places[k].point); i != tree->mounts[p->rope->places[k].carrier].link;
-         i = tree->links[i].parent) {
-        kmp_vec turn;
-        for (uint32_t c = 0; c < 3; c++)
-            turn.x[c] = tree->links[i].virtual_spin ? kmp_input(tree->graph, KMP_IN_ALONG, 3 + c) : KMP_ZERO;
-        turn = kmp_link_direction(tree, tree->links[i].parent, turn, p->link);
-        sum = kmp_add(tree->graph, sum, kmp_vec_dot(tree->graph, turn, p->axis));
-    }
-    return sum;
-}
-
 /* Angle that the body has turned to the left, less what the direction of the span has turned: both against the carrier,
  * the second one since the start. */
 static kmp_ref turned_against_span(const path *p, int k, kmp_vec along)
@@ -259,7 +242,8 @@ static kmp_ref turned_against_span(const path *p, int k, kmp_vec along)
         const kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)place->turning[i].motion);
         angle = kmp_add(g, angle, place->turning[i].sense > 0 ? q : kmp_neg(q));
     }
-    return kmp_add(g, angle, virtually_turned(p, k));
+    const int carrier = tree->mounts[place->carrier].link;
+    return kmp_add(g, angle, kmp_virtual_turn(tree, kmp_point_link(tree, place->point), carrier, p->link, p->axis));
 }
 
 /* Rim of one radius that has turned to the left against the span. */

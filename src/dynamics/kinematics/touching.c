@@ -225,6 +225,29 @@ static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, in
     return kmp_tree_angle_sum(tree, axes, false, angle);
 }
 
+/* The same angle by a virtual displacement of a joint. */
+static kmp_ref virtually_turned(const pair *p, int axis)
+{
+    const kmp_touch_side *side = p->touch->side;
+    kmp_ref turn[2];
+    for (int k = 0; k < 2; k++)
+        turn[k] =
+            kmp_virtual_turn(p->tree, kmp_point_link(p->tree, side[k].point), p->frame, p->frame, p->axes[1][axis]);
+    return kmp_sub(p->tree->graph, turn[0], turn[1]);
+}
+
+/* The way of the first side's rim by rolling about an axis of the second's point; false: it is no function of the
+ * coordinates. */
+static bool rolled_about(const pair *p, int axis, kmp_ref *rolled)
+{
+    kmp_graph *g = p->tree->graph;
+    kmp_ref angle = KMP_ZERO;
+    if (p->radius[0] != KMP_ZERO && !turned_about(p->tree, p->touch, axis, &angle))
+        return false;
+    *rolled = kmp_mul(g, p->radius[0], kmp_add(g, angle, virtually_turned(p, axis)));
+    return true;
+}
+
 /* True if the first body does not turn relative to the second: no sum of coordinates is its angle about any axis. */
 static bool never_turns(const kmp_tree *tree, const kmp_contact_pair *touch)
 {
@@ -256,11 +279,10 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
     kmp_graph *g = p->tree->graph;
     bool hollow = p->touch->side[1].hollow;
     int k = plane_axis(p);
-    kmp_ref angle = KMP_ZERO;
-    if (k < 0 || (p->radius[0] != KMP_ZERO && !turned_about(p->tree, p->touch, k, &angle)))
+    kmp_ref rolled;
+    if (k < 0 || !rolled_about(p, k, &rolled))
         return false;
     kmp_ref x = kmp_vec_dot(g, p->axes[1][(k + 1) % 3], p->d), y = kmp_vec_dot(g, p->axes[1][(k + 2) % 3], p->d);
-    kmp_ref rolled = kmp_mul(g, p->radius[0], angle);
     *turn = hollow ? kmp_sub(g, p->radius[1], p->radius[0]) : kmp_add(g, p->radius[1], p->radius[0]);
     *way = kmp_add(g, kmp_mul(g, *turn, kmp_binary(g, KMP_OP_ATAN2, y, x)), hollow ? rolled : kmp_neg(rolled));
     return true;
@@ -272,23 +294,22 @@ static kmp_ref slip_along(const pair *p)
     kmp_graph *g = p->tree->graph;
     const kmp_touch_side *side = p->touch->side;
     const kmp_vec place = place_of(p);
-    kmp_ref turn, way = kmp_outline_way(p->tree, p->touch, &place, p->radius[0], KMP_ZERO, &turn);
     kmp_vec spin[2];
     for (int k = 0; k < 2; k++)
         spin[k] = kmp_link_spin(p->tree, kmp_point_link(p->tree, side[k].point), p->frame);
     const kmp_ref turning = kmp_vec_dot(g, kmp_vec_sub(g, spin[0], spin[1]), p->axes[1][2]);
-    const kmp_ref rate = kmp_vec_rate(p->tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0];
-    return kmp_sub(g, rate, kmp_mul(g, p->radius[0], turning));
+    const kmp_ref passed = kmp_outline_slip(p->tree, p->touch, &place, p->radius[0], KMP_ZERO);
+    return kmp_sub(g, passed, kmp_mul(g, p->radius[0], turning));
 }
 
 /* Along a piece of an outline. */
 static bool way_along(const pair *p, kmp_ref *way, kmp_ref *turn)
 {
     const kmp_vec place = place_of(p);
-    kmp_ref angle = KMP_ZERO;
-    if (p->radius[0] != KMP_ZERO && !turned_about(p->tree, p->touch, 2, &angle))
+    kmp_ref rolled;
+    if (!rolled_about(p, 2, &rolled))
         return false;
-    *way = kmp_outline_way(p->tree, p->touch, &place, p->radius[0], angle, turn);
+    *way = kmp_outline_way(p->tree, p->touch, &place, p->radius[0], rolled, turn);
     return true;
 }
 
@@ -310,21 +331,15 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
         return way_along(&p, way, turn);
     if (touch->side[1].shape != KMP_TOUCH_PLANE)
         return way_around(&p, way, turn);
-    int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
-    if (along > 0) {
-        /* Along an axis of the plane. */
-        int axis = along == 1 ? i : j;
-        if (p.radius[0] != KMP_ZERO && !never_turns(p.tree, p.touch))
-            return false;
-        *way = kmp_vec_dot(p.tree->graph, p.axes[1][axis], p.d);
-        return true;
-    }
-    int across = kmp_touch_plane(tree->model, touch);
-    bool along_i = across == j;
-    kmp_ref angle = KMP_ZERO;
-    if (across < 0 || (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, across, &angle)))
+    const int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
+    if (along > 0 && p.radius[0] != KMP_ZERO && !never_turns(p.tree, p.touch))
         return false;
-    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i != touch->side[1].against ? angle : kmp_neg(angle));
+    const int across = along == 0 ? kmp_touch_plane(tree->model, touch) : along == 1 ? j : i;
+    const bool along_i = across == j;
+    kmp_ref rolled;
+    if (across < 0 || !rolled_about(&p, across, &rolled))
+        return false;
+    rolled = along_i != touch->side[1].against ? rolled : kmp_neg(rolled);
     *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
     return true;
 }
@@ -425,13 +440,14 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_bearing
 {
     const kmp_contact_pair *touch = &force->touch;
     kmp_touching sides;
-    kmp_ref way = KMP_ZERO, turn;
+    kmp_ref rolled = KMP_ZERO;
     if (!force->holding_effort || touch->side[0].point < 0)
         return;
     if (touch->side[1].shape == KMP_TOUCH_PIECE) {
-        pressing->slip[0] = kmp_touching_way(tree, touch, 0, &way, &turn)
-                                ? kmp_vec_rate(tree, (kmp_vec){{way, KMP_ZERO, KMP_ZERO}}).x[0]
-                                : kmp_touching_slip(tree, touch, 0);
+        const pair p = pair_of(tree, touch);
+        const kmp_vec place = place_of(&p);
+        pressing->slip[0] =
+            rolled_about(&p, 2, &rolled) ? kmp_outline_slip(tree, touch, &place, p.radius[0], rolled) : slip_along(&p);
         pressing->slips = 1;
         return;
     }
