@@ -113,7 +113,7 @@ NAMES = {  # kinds of names, by which editors complete them
     "point": "a point, BODY.POINT or a body", "body": "a body, or ground", "coordinate": "a coordinate: a joint with one motion, or JOINT.k",
     "joint": "a joint", "hinge": "a joint, a loop or a drive", "wheel_of_gear": "a joint, a body or BODY.POINT", "own_point": "a point of the body",
     "table": "a table", "outline": "an outline", "profile": "a profile", "rail": "a rail, TRACK.left or TRACK.right", "road": "a road",
-    "state": "a state", "interface": "an interface of the body", "output": "an output, as position(BODY.POINT)", "file": "a file in the folder of the model",
+    "state": "a state", "interface": "an interface of the body", "output": "an output, as position(BODY.POINT)", "goal": "a coordinate, or an output", "file": "a file in the folder of the model",
     "included_file": "a model file, or kempe:NAME.yaml", "included_value": "a parameter or an input of the included file",
     "included_joint": "a joint of the included file", "included_port": "a port of the included file", "bound": "a name of the kind of the port"}
 REFERENCES = {  # keys whose words are names or files: (table, key): kind
@@ -300,7 +300,7 @@ def run():
 
 def start():
     values = {key: dict(VALUES["values"], propertyNames=name_of(kind)) for key, kind in (("q", "coordinate"), ("qd", "coordinate"), ("states", "state"))}
-    goals = {"type": ["object", "null"], "propertyNames": name_of("output"), "additionalProperties": {"anyOf": [*NUMBER_OR_THREE["anyOf"], keyed("goal"), {"type": "null"}]}}
+    goals = {"type": ["object", "null"], "propertyNames": name_of("goal"), "additionalProperties": {"anyOf": [*NUMBER_OR_THREE["anyOf"], keyed("goal"), {"type": "null"}]}}
     return keyed("start", goals=goals, hold=dict(WORDS, items=name_of("coordinate")), **values)
 
 

@@ -67,6 +67,7 @@ static const struct {
 } values[] = {
     {"number", KMP_NAMES_OF_EXPRESSION},
     {"output_name", KMP_NAMES_OF_EXPRESSION},
+    {"goal_name", KMP_NAMES_OF_EXPRESSION | OF_COORDINATE},
     {"point_name", OF_POINT},
     {"body_name", OF_BODY},
     {"coordinate_name", OF_COORDINATE},
@@ -113,6 +114,7 @@ typedef struct name_finder {
     int included, visits;
     int include;       /* that is declared, or visited; -1: none */
     const char *owner; /* body that is visited */
+    const char *port;  /* of an included file that is bound; NULL: none */
 } name_finder;
 
 /* The file that is declared: its prefix, and the body that is its ground. */
@@ -278,6 +280,27 @@ static int find_included(const kmp_names *n, const char *name, kmp_name_set of, 
     return -1;
 }
 
+/* The object whose name is the beginning of one that the reader makes, as `floor_friction` of the contact `floor`: *length is
+ * that of its own name. */
+static int find_maker(const kmp_names *n, const char *name, size_t *length)
+{
+    const kmp_name_set of = KMP_NAMES_IN(CONTACT) | KMP_NAMES_IN(LOOP) | KMP_NAMES_IN(JOINT) | KMP_NAMES_IN(GEAR) |
+                            KMP_NAMES_IN(ROPE);
+    char own[256];
+    *length = strlen(name);
+    if (*length >= sizeof own)
+        return -1;
+    memcpy(own, name, *length + 1);
+    for (char *last; (last = strrchr(own, '_')) && last > own;) {
+        *last = '\0';
+        *length = (size_t)(last - own);
+        const int found = find_name(n, own, of, NULL);
+        if (found >= 0)
+            return found;
+    }
+    return -1;
+}
+
 static void use(name_finder *f, size_t begin, size_t end, int declared)
 {
     kmp_names *n = f->names;
@@ -371,7 +394,10 @@ static void use_dotted(name_finder *f, const size_t *at, const dotted *d, kmp_na
         found = find_name(n, d->part[0], of & ~KMP_NAMES_IN(PORT), NULL);
     if (found < 0 && !(of & KMP_NAMES_OF_EXPRESSION))
         found = find_name(n, d->part[0], KMP_NAMES_ALL & ~KMP_NAMES_IN(PORT), NULL);
-    use_part(f, at, d, 0, found);
+    size_t length = d->length[0];
+    if (found < 0)
+        found = find_maker(n, d->part[0], &length);
+    use(f, at[d->begin[0]], at[d->begin[0] + length], found);
 }
 
 size_t kmp_units_end(const char *text, size_t k)
@@ -392,8 +418,16 @@ size_t kmp_units_end(const char *text, size_t k)
     }
 }
 
-/* The words of an expression, of a list of outputs. */
-static void use_expression(name_finder *f, const char *text, const size_t *at)
+/* A word that stands by itself. */
+static void use_value(name_finder *f, const size_t *at, const dotted *d, kmp_name_set of)
+{
+    const bool port = strcmp(d->part[0], "port") == 0 && d->part[1][0];
+    const int found = find_name(f->names, d->part[port], port ? KMP_NAMES_IN(PORT) : KMP_NAMES_OF_VALUES, NULL);
+    use_part(f, at, d, port, found < 0 && of ? find_name(f->names, d->part[0], of, NULL) : found);
+}
+
+/* The words of an expression, or of an output; `of`: kinds that a word by itself may be, too. */
+static void use_expression(name_finder *f, const char *text, const size_t *at, kmp_name_set of)
 {
     kmp_name_set call[MOST_CALLS + 1] = {KMP_NAMES_OF_EXPRESSION};
     int level = 0;
@@ -407,11 +441,8 @@ static void use_expression(name_finder *f, const char *text, const size_t *at)
             const dotted d = read_dotted(&f->names->arena, text, k);
             const size_t behind = d.end + strspn(text + d.end, " ");
             const bool called = text[behind] == '(';
-            if (call[level] == KMP_NAMES_OF_EXPRESSION || called)
-                use_part(f, at, &d, strcmp(d.part[0], "port") == 0 && d.part[1][0],
-                         strcmp(d.part[0], "port") == 0 && d.part[1][0]
-                             ? find_name(f->names, d.part[1], KMP_NAMES_IN(PORT), NULL)
-                             : find_name(f->names, d.part[0], KMP_NAMES_OF_VALUES, NULL));
+            if (called || call[level] == KMP_NAMES_OF_EXPRESSION)
+                use_value(f, at, &d, of);
             else
                 use_dotted(f, at, &d, call[level]);
             k = d.end;
@@ -433,6 +464,31 @@ static void use_expression(name_finder *f, const char *text, const size_t *at)
     }
 }
 
+/* The kinds of names that a port of an included file may be bound to. */
+static kmp_name_set bound_by(const kmp_names *n, const char *port, int include)
+{
+    static const struct {
+        const char *word;
+        kmp_name_set of;
+    } kinds[] = {
+#define OF_coordinate         OF_COORDINATE
+#define OF_point              OF_POINT
+#define OF_body               OF_BODY
+#define OF_table              (IN(TABLE) | IN(PORT))
+#define OF_input              (KMP_NAMES_OF_VALUES | IN(PORT))
+#define OF_loop               OF_LOOP
+#define KMP_PORT_KIND(word, ...) {#word, OF_##word},
+#include "model/read/port_kinds.def"
+#undef KMP_PORT_KIND
+    };
+    const int found = port ? find_included(n, port, KMP_NAMES_IN(PORT), include) : -1;
+    const char *word = found >= 0 && n->declared[found].node ? n->declared[found].node->text : "";
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        if (strcmp(kinds[k].word, word) == 0)
+            return kinds[k].of;
+    return KMP_NAMES_ALL;
+}
+
 static void use_scalar(name_finder *f, const kmp_yaml *node, kmp_name_set of, const char *kind)
 {
     kmp_names *n = f->names;
@@ -444,9 +500,11 @@ static void use_scalar(name_finder *f, const kmp_yaml *node, kmp_name_set of, co
         return;
     }
     if (of & KMP_NAMES_OF_EXPRESSION) {
-        use_expression(f, node->text, at);
+        use_expression(f, node->text, at, of & ~KMP_NAMES_OF_EXPRESSION);
         return;
     }
+    if (strcmp(kind, "bound_name") == 0)
+        of = bound_by(n, f->port, f->include);
     const size_t k = strspn(node->text, " ");
     if (kmp_parse_word_length(node->text + k) > 0) {
         const dotted d = read_dotted(&n->arena, node->text, k);
@@ -479,6 +537,8 @@ static void visit(name_finder *f, const kmp_yaml *node, const kmp_schemas *schem
                                                              : kmp_schema_of_item(schemas);
         if (*kind)
             use_scalar(f, node->keys[k], kmp_names_of_value(kind), kind);
+        if (strcmp(kind, "included_port_name") == 0)
+            f->port = node->keys[k]->text;
         visit(f, node->items[k], &inner, level + 1);
     }
 }
