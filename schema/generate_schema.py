@@ -83,7 +83,7 @@ def told(row):
 def of_words(row):
     """The schema of a word without a list of its own: the words that its meaning has, as examples."""
     words = re.findall("`([\\w:.]+)`", row.meaning)
-    return {**WORD, "examples": words} if words else WORD
+    return {"type": ["string", "number"], "examples": words} if words else WORD
 
 
 def value_of(table, row):

@@ -96,7 +96,13 @@ class Client:
         self.tell("exit")
         self.process.stdin.close()
         self.process.stdout.close()
-        return self.process.wait(10)
+        return self.process.wait(60)
+
+    def stop(self):
+        """Ends the process after a test that has failed."""
+        self.process.kill()
+        with self.process:
+            pass
 
 
 def uri_of(path):

@@ -80,8 +80,9 @@ static bool is_marked(const void *unused, const kmp_yaml *node)
     return strstr(node->text, MARK) != NULL;
 }
 
-/* The node of a mark behind `length` bytes, as a key or as a value. */
-static kmp_found_node find_mark(kempe_language_server *s, const char *text, size_t length, const text_end *e, bool as_key)
+/* The node of a mark behind `length` bytes, as a key or as a value; *document: with it. */
+static kmp_found_node find_mark(kempe_language_server *s, const char *text, size_t length, const text_end *e,
+                                bool as_key, kmp_source *document)
 {
     kmp_text marked = {0};
     kmp_text_append(&marked, text, length);
@@ -93,16 +94,18 @@ static kmp_found_node find_mark(kempe_language_server *s, const char *text, size
     for (int k = e->depth; k > 0; k--)
         kmp_text_put(&marked, e->open[k] == '[' ? "]" : "}");
     kmp_text_put(&marked, "\n");
-    const char *kept = kmp_text_keep(&marked, &s->work);
-    return kmp_node_find(s->schema, kept ? kmp_session_parse(s, &s->work, kept) : NULL, is_marked, NULL);
+    document->text = kmp_text_keep(&marked, &s->work);
+    document->root = document->text ? kmp_session_parse(s, &s->work, document->text) : NULL;
+    return kmp_node_find(s->schema, document->root, is_marked, NULL);
 }
 
-static kmp_found_node find_place(kempe_language_server *s, const char *text, size_t length, const text_end *e)
+static kmp_found_node find_place(kempe_language_server *s, const char *text, size_t length, const text_end *e,
+                                 kmp_source *document)
 {
     const bool valued = e->depth > 0 ? e->valued[e->depth] || e->open[e->depth] == '[' : e->line_valued;
     const bool as_key = !valued && !e->quote;
-    const kmp_found_node first = find_mark(s, text, length, e, as_key);
-    return first.node ? first : find_mark(s, text, length, e, !as_key && !e->quote);
+    const kmp_found_node first = find_mark(s, text, length, e, as_key, document);
+    return first.node ? first : find_mark(s, text, length, e, !as_key && !e->quote, document);
 }
 
 /* -- items -------------------------------------------------------------------------------------------- */
@@ -116,6 +119,7 @@ typedef struct completing {
     kmp_answer *answer;
     size_t begin, end;
     kmp_found_node found;
+    kmp_source marked; /* the document up to the cursor */
     kmp_names names;
 } completing;
 
@@ -176,16 +180,19 @@ static void put_names(completing *c, kmp_name_set of, const char *owner)
         put_item(c, "ground", VARIABLE_ITEM, "body", "", "ground");
 }
 
-/* Names of an included file, as that has them. */
+/* Names of an included file, as that has them; the include may be new. */
 static void put_included(completing *c, kmp_name_set of)
 {
-    for (int k = 0; k < c->names.count; k++) {
-        const kmp_declared *d = &c->names.declared[k];
+    kmp_names names;
+    kmp_names_find(&names, c->s->schema, &c->marked, kmp_session_beside, c->s);
+    for (int k = 0; k < names.count; k++) {
+        const kmp_declared *d = &names.declared[k];
         const char *own = d->name + d->prefix,
                    *inserted = c->found.is_key ? kmp_arena_printf(&c->s->work, "%s: ", own) : own;
         if (d->include == c->found.include && (of & 1U << d->kind) && inserted)
             put_item(c, own, VARIABLE_ITEM, kmp_name_rows[d->kind].word, "", inserted);
     }
+    kmp_names_free(&names);
 }
 
 static void put_words(completing *c, bool outputs)
@@ -352,8 +359,9 @@ void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t
     const text_end e = scan(text, c.begin);
     kmp_json_array(&answer->json, NULL);
     if (!e.comment) {
-        c.found = find_place(s, text, c.begin, &e);
-        const kmp_source *source = &file->good;
+        c.marked.path = file->path;
+        c.found = find_place(s, text, c.begin, &e, &c.marked);
+        const kmp_source *source = file->good.root ? &file->good : &c.marked;
         kmp_names_find(&c.names, s->schema, source, kmp_session_beside, s);
         if (c.found.node)
             put_items(&c, &e);

@@ -155,19 +155,19 @@ void kmp_file_close(kempe_language_server *s, kmp_open_file *file)
         }
 }
 
+/* True if a line begins with the key `kempe`, in a document of brackets, too. */
+static bool has_version(const char *line)
+{
+    line += strchr("{\"'", *line) ? strspn(line, "{\"' \t") : 0;
+    return strncmp(line, "kempe", 5) == 0 && line[5 + strspn(line + 5, " \t\"'")] == ':';
+}
+
 bool kmp_file_is_model(const kmp_open_file *file)
 {
-    const char *line = file->text;
-    bool empty = true;
-    while (line) {
-        if (strncmp(line, "kempe", 5) == 0 && line[5 + strspn(line + 5, " \t")] == ':')
+    for (const char *line = file->text; line; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL)
+        if (has_version(line))
             return true;
-        const char first = line[strspn(line, " \t\r\n")];
-        empty = empty && (first == '\0' || first == '#');
-        line = strchr(line, '\n');
-        line = line ? line + 1 : NULL;
-    }
-    return empty;
+    return !strchr(file->text, ':');
 }
 
 /* -- other files -------------------------------------------------------------------------------------- */
@@ -350,7 +350,7 @@ void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file)
     file->stale = false;
     kmp_json_put(&json, "{ jsonrpc %s method %s params { uri %s version %ld diagnostics [", "2.0",
                  "textDocument/publishDiagnostics", file->uri, file->version);
-    const bool shown = kmp_file_is_model(file) && file->text[strspn(file->text, " \t\r\n")];
+    const bool shown = kmp_file_is_model(file) && strchr(file->text, ':');
     if (context && shown) {
         kempe_context_set_log(context, keep_warning, &warnings);
         const kempe_status status = read_model(s, file->path, context, &model);

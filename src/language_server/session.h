@@ -66,7 +66,7 @@ bool kmp_file_open(kempe_language_server *s, const char *uri, const char *text, 
 bool kmp_file_take(kempe_language_server *s, kmp_open_file *file, char *text, long version);
 void kmp_file_close(kempe_language_server *s, kmp_open_file *file);
 
-/** True if the text is a model of Kempe, or nothing yet. */
+/** True if the text is a model of Kempe, or has no key yet. */
 bool kmp_file_is_model(const kmp_open_file *file);
 
 /** Sends the diagnostics of a file. */
