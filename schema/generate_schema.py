@@ -74,9 +74,29 @@ def described(schema, meaning):
     return {**schema, "description": meaning.replace("`", "")}
 
 
+def told(row):
+    """The meaning of a key with its value, its unit and what holds without it."""
+    absent = {"required": "; required", "": ""}.get(row.absent, f"; when absent: {row.absent}")
+    return f"{row.meaning} ({', '.join(part for part in (row.value, row.unit) if part)}{absent})"
+
+
+def of_words(row):
+    """The schema of a word without a list of its own: the words that its meaning has, as examples."""
+    words = re.findall("`([\\w:.]+)`", row.meaning)
+    return {"type": ["string", "number"], "examples": words} if words else WORD
+
+
+def value_of(table, row):
+    """The schema of a value: of a word the kind of name that it is, where it refers to a part of the model."""
+    kind = REFERENCES.get((table, row.key))
+    if kind:
+        return name_of(kind)
+    return of_words(row) if row.value == "word" else VALUES[row.value]
+
+
 def keyed(table, more=(), **own):
     """A mapping with the keys of a table: their schemas are those of their values, or `own`."""
-    properties = {row.key: described(own.get(row.key) or VALUES[row.value], row.meaning) for row in keys(table)}
+    properties = {row.key: described(own.get(row.key) or value_of(table, row), told(row)) for row in keys(table)}
     return closed({**dict(more), **properties}, [row.key for row in keys(table) if row.absent == "required"])
 
 
@@ -84,8 +104,29 @@ def ref(name):
     return {"$ref": f"#/definitions/{name}"}
 
 
-def named(value):
-    return {"type": ["object", "null"], "propertyNames": {"pattern": NAME}, "additionalProperties": value}
+def named(value, kind=None):
+    """A mapping of names: new ones, or those of a kind."""
+    return {"type": ["object", "null"], "propertyNames": name_of(kind) if kind else {"pattern": NAME}, "additionalProperties": value}
+
+
+NAMES = {  # kinds of names, by which editors complete them
+    "point": "a point, BODY.POINT or a body", "body": "a body, or ground", "coordinate": "a coordinate: a joint with one motion, or JOINT.k",
+    "joint": "a joint", "hinge": "a joint, a loop or a drive", "wheel_of_gear": "a joint, a body or BODY.POINT", "own_point": "a point of the body",
+    "table": "a table", "outline": "an outline", "profile": "a profile", "rail": "a rail, TRACK.left or TRACK.right", "road": "a road",
+    "state": "a state", "interface": "an interface of the body", "output": "an output, as position(BODY.POINT)", "goal": "a coordinate, or an output", "file": "a file in the folder of the model",
+    "included_file": "a model file, or kempe:NAME.yaml", "included_value": "a parameter or an input of the included file",
+    "included_joint": "a joint of the included file", "included_port": "a port of the included file", "bound": "a name of the kind of the port"}
+REFERENCES = {  # keys whose words are names or files: (table, key): kind
+    ("bearing", "joint"): "hinge", ("cam_place", "outline"): "outline", ("closure", "table"): "table", ("outline", "polar"): "table",
+    ("joint", "to"): "own_point", ("point", "interface"): "interface", ("irregularity", "alignment"): "table", ("irregularity", "level"): "table",
+    ("irregularity", "cross"): "table", ("irregularity", "gauge"): "table", ("track", "rail"): "profile", ("wheel", "profile"): "profile",
+    ("tyre", "on"): "road", ("contact", "outline"): "outline", ("contact", "guide"): "joint", ("surface", "profile"): "table", ("surface", "outline"): "outline",
+    ("include", "file"): "included_file", ("flexible", "file"): "file", ("input", "csv"): "file", ("shape", "mesh"): "file", ("table", "csv"): "file",
+    ("profile", "csv"): "file", ("profile", "file"): "file", ("tyre", "file"): "file"}
+
+
+def name_of(kind):
+    return ref(f"{kind}_name")
 
 
 def closed(properties, required=()):
@@ -102,18 +143,18 @@ COLUMN = {"anyOf": [WORD, {"type": "array", "items": NUMBER}]}
 WORDS = {"type": "array", "items": WORD}
 PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 VALUES = {  # the words of the tables of keys
-    "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
+    "word": WORD, "number": NUMBER, "expression": NUMBER, "point": name_of("point"), "body": name_of("body"), "coordinate": name_of("coordinate"), "rail": name_of("rail"),
     "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
-    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": ref("two_points"), "path of a rope": {"type": "array", "items": {"anyOf": [WORD, ref("rope_place")]}, "minItems": 2}, "[x, y]": PAIR, "corners": {"type": "array", "items": PAIR, "minItems": 2}, "path of an outline": {"type": "array", "items": {"anyOf": [PAIR, ref("outline_arc")]}, "minItems": 2}, "parts of a lift": {"type": "array", "items": ref("cam_part"), "minItems": 1}, "follower": ref("cam_follower"), "cam": ref("cam_place"), "two points or more": dict(WORDS, minItems=2), "names": WORDS,
-    "parameters": named(NUMBER), "ports declared": named({"enum": [name for name, *_ in rows("port_kinds.def", "KMP_PORT_KIND")]}), "ports bound": named({"anyOf": [WORD, WORDS]}), "set": named({"anyOf": [NUMBER, ref("input")]}), "joints": named({"type": "object"}), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
+    "`1`": {"enum": [1, "1"]}, "yes or free": {"enum": ["yes", "free", True]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "x, y, z, -x, -y or -z": {"enum": ["x", "y", "z", "-x", "-y", "-z"]}, "two points": ref("two_points"), "two wheels": dict(WORDS, items=name_of("wheel_of_gear"), minItems=2, maxItems=2), "path of a rope": {"type": "array", "items": {"anyOf": [name_of("point"), ref("rope_place")]}, "minItems": 2}, "[x, y]": PAIR, "corners": {"type": "array", "items": PAIR, "minItems": 2}, "path of an outline": {"type": "array", "items": {"anyOf": [PAIR, ref("outline_arc")]}, "minItems": 2}, "parts of a lift": {"type": "array", "items": ref("cam_part"), "minItems": 1}, "follower": ref("cam_follower"), "cam": ref("cam_place"), "two points or more": dict(WORDS, items=name_of("point"), minItems=2), "names": WORDS,
+    "parameters": named(NUMBER), "ports declared": named({"enum": [name for name, *_ in rows("port_kinds.def", "KMP_PORT_KIND")]}), "ports bound": named({"anyOf": [name_of("bound"), dict(WORDS, items=name_of("bound"))]}, "included_port"), "set": named({"anyOf": [NUMBER, ref("input")]}, "included_value"), "joints": named({"type": "object"}, "included_joint"), "periodic": NUMBER, "outside": {"enum": ["linear", "hold", "error"]}, "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": {"anyOf": [NUMBER, {"type": "null"}]}},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
     "numbers": NUMBERS, "6 x 6 numbers": {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6}, "minItems": 6, "maxItems": 6}, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
-    "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
+    "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [NUMBER, NUMBERS]}, "joint": ref("joint"),
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
     "surface": ref("surface"), "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
     "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
-    "`1` or `2`": {"enum": [1, 2, "1", "2"]}, "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
+    "`1` or `2`": {"enum": [1, 2, "1", "2"]}, "two points or a joint": {"anyOf": [ref("two_points"), name_of("joint")]},
     "number or two": {"anyOf": [NUMBER, {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}]},
     "flexible": ref("flexible"), "beam": ref("beam"), "section": ref("section"), "taper": {"anyOf": [ref("section"), ref("taper")]}, "stations of a taper": dict(NUMBERS, minItems=2),
     "sections of a taper": {"type": "array", "items": ref("section"), "minItems": 2}, "section numbers": ref("section_numbers"), "beam shapes": ref("beam_shapes"),
@@ -137,7 +178,7 @@ def force_element(kind):
         if required and key != "effort":
             wanted.append(key)
     if kind == "FRICTION":
-        properties["reaction"] = described(WORD, REACTION)
+        properties["reaction"] = described(name_of("hinge"), REACTION)
     return closed(properties, wanted)
 
 
@@ -208,8 +249,8 @@ def edge():
 
 def loop():
     kinds = {name: needs for name, needs, *_ in rows("closure_kinds.def", "KMP_CLOSURE")}
-    terms = {"type": "object", "additionalProperties": NUMBER, "minProperties": 2}
-    own = {"TERMS": terms, "EXPRESSION": NUMBER, "FOLLOWER": WORD}
+    terms = {"type": "object", "propertyNames": name_of("coordinate"), "additionalProperties": NUMBER, "minProperties": 2}
+    own = {"TERMS": terms, "EXPRESSION": NUMBER, "FOLLOWER": name_of("point")}
     numbers = {row[0]: row for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}
     wants = {name: [numbers[name][1]] if name in numbers else ["axes"] if needs == "TWO_AXES" else ["on"] if needs == "FOLLOWER" else []
              for name, needs in kinds.items()}
@@ -250,14 +291,17 @@ def wheel():
 
 
 def run():
-    return keyed("run", algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
+    coordinates, outputs = dict(WORDS, items=name_of("coordinate")), dict(WORDS, items=name_of("output"))
+    lists = {row.key: coordinates if row.key == "independent" else outputs for row in keys("run") if row.value == "names"}
+    return keyed("run", **lists, algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
                  change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]},
                  reaction_peaks={"enum": [word for _, word in rows("reaction_peaks.def", "KMP_REACTION_PEAKS")]})
 
 
 def start():
-    goals = {"type": ["object", "null"], "additionalProperties": {"anyOf": [*NUMBER_OR_THREE["anyOf"], keyed("goal"), {"type": "null"}]}}
-    return keyed("start", goals=goals)
+    values = {key: dict(VALUES["values"], propertyNames=name_of(kind)) for key, kind in (("q", "coordinate"), ("qd", "coordinate"), ("states", "state"))}
+    goals = {"type": ["object", "null"], "propertyNames": name_of("goal"), "additionalProperties": {"anyOf": [*NUMBER_OR_THREE["anyOf"], keyed("goal"), {"type": "null"}]}}
+    return keyed("start", goals=goals, hold=dict(WORDS, items=name_of("coordinate")), **values)
 
 
 WHEN = {"when": described(NUMBER, "the entry is absent where this is 0: a parameter, or an expression of parameters")}
@@ -276,6 +320,7 @@ def optional_expression():
 
 def plain_definitions():
     return {
+        **{f"{kind}_name": {"type": ["string", "number"], "description": meaning} for kind, meaning in NAMES.items()},
         "number": {"description": "a number, or an expression of numbers with units and parameters",
                    "type": ["number", "string"]},
         "word": {"type": ["string", "number"]},
@@ -284,10 +329,10 @@ def plain_definitions():
         "two_axes": {"type": "array", "items": ref("axis"), "minItems": 2, "maxItems": 2},
         "axes": dict(closed({key: ref("axis") for key in "xyz"}), minProperties=1),
         "point": {"anyOf": [ref("vector"), dict(keyed("point"), oneOf=[{"required": [word]} for word in ("at", "station", "interface", "node")])]},
-        "place": {"anyOf": [WORD, ref("vector")]},
+        "place": {"anyOf": [name_of("own_point"), ref("vector")]},
         "shape": dict(keyed("shape"), oneOf=[{"required": [word]} for _, word, _ in rows("shape_kinds.def", "KMP_SHAPE")]),
         "yes": {"enum": ["yes", True]},
-        "two_points": {"type": "array", "items": WORD, "minItems": 2, "maxItems": 2},
+        "two_points": {"type": "array", "items": name_of("point"), "minItems": 2, "maxItems": 2},
         "joint": joint(),
         "edge": edge(),
         "inertia": keyed("inertia"),

@@ -164,6 +164,11 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
 #else
 #define IN_ENSEMBLE(action) NULL
 #endif
+#ifdef KEMPE_LANGUAGE_SERVER
+#define IN_LANGUAGE_SERVER(action) action
+#else
+#define IN_LANGUAGE_SERVER(action) NULL
+#endif
 
 const cli_command cli_commands[] = {
     {CLI_NEW, "new", "write a first model, NAME.yaml: a four-bar linkage with comments",
@@ -306,5 +311,8 @@ const cli_command cli_commands[] = {
      "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
      .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_reduce)},
+    {CLI_LANGUAGE_SERVER, "language-server", "serve editors: errors, completion and names of model files while they are typed",
+     "  kempe language-server --stdio\n", .usage = "[options]", .without_model = true, .wing = "LANGUAGE_SERVER",
+     .run = IN_LANGUAGE_SERVER(cli_language_server)},
     {0},
 };

@@ -421,7 +421,9 @@ static const option options[] = {
     {CLI_MODELS & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
-    {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
+    {CLI_LANGUAGE_SERVER, IN_OUTPUT, "stdio", FLAG(stdio),
+     "messages on standard input and output, as many editors ask for; without it, too"},
+    {CLI_ALL & ~CLI_LANGUAGE_SERVER, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
     {CLI_ALL, IN_OUTPUT, "help", FLAG(help), "print this text"},
@@ -728,6 +730,8 @@ static bool read_file_name(unsigned command, const char *word, cli_settings *set
         settings->data_files[settings->fit.file_count++] = word;
         return true;
     }
+    if (command == CLI_LANGUAGE_SERVER)
+        return cli_complain("language-server takes no file, not '%s': an editor opens files in it", word);
     if (settings->file)
         return cli_complain("one %s is expected, but '%s' and '%s' are given",
                             command == CLI_REDUCE ? "mesh" : "model file", settings->file, word);
@@ -777,7 +781,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     s->fit.files = s->data_files;
     s->optimize.limits = s->limits;
     s->reduce.interfaces = s->interfaces;
-    if (!settings->file && !settings->help && !settings->from && !settings->elements)
+    if (!settings->file && !settings->help && !settings->from && !settings->elements && command != CLI_LANGUAGE_SERVER)
         return cli_complain(command == CLI_GATHER   ? "the folder is missing: kempe %s FOLDER"
                             : command == CLI_REDUCE ? "the mesh is missing: kempe %s MESH"
                                                     : "the model file is missing: kempe %s FILE",

@@ -48,8 +48,9 @@ enum {
     CLI_COMFORT = 2097152,
     CLI_CYCLES = 4194304,
     CLI_REDUCE = 8388608,
-    CLI_ALL = 16777215,
-    CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE), /* that read a model */
+    CLI_LANGUAGE_SERVER = 16777216,
+    CLI_ALL = 33554431,
+    CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE | CLI_LANGUAGE_SERVER), /* that read a model */
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
                  CLI_CYCLES,                                                           /* with a table of results */
@@ -98,6 +99,7 @@ typedef struct cli_settings {
     int seed, lanes;
     int count, branches, alone, all, no_cache, joint_limits, strict, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
+    int stdio;    /* of `language-server`: what it does without the word, too */
     int elements; /* of `new`: the list of the library */
     const char *show_as;
 } cli_settings;
