@@ -166,8 +166,9 @@ static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, km
     const kmp_ref nx = kmp_div(g, gy, size), ny = kmp_neg(kmp_div(g, gx, size));
     const kmp_ref part = kmp_add(g, kmp_mul(g, nx, by[0]), kmp_mul(g, ny, by[1]));
     out->gap = kmp_mul(g, kmp_sub(g, lift, s), part);
-    out->normal = combined(c, kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey)),
-                           kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex)));
+    const kmp_ref along = kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey));
+    const kmp_ref across = kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex));
+    out->normal = combined(c, along, across);
     const kmp_ref cross = kmp_sub(g, kmp_mul(g, gx, hy), kmp_mul(g, gy, hx));
     const kmp_ref of_path = kmp_div(g, cross, kmp_mul(g, size_square, size));
     out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));
