@@ -700,8 +700,8 @@
 /** Over the length of a piece: by this it continues beyond a corner into the solid, where both sides of the corner
  * touch. A border just in the corner would be passed by rounding. */
 #define KMP_OUTLINE_BEYOND 1e-3
-/** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Where two
- * corners meet within it, rounding would decide which side touches: both do. */
+/** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Two
+ * corners that meet within it touch by both sides, because rounding would select one. */
 #define KMP_OUTLINE_CORNER 1e-9
 /** The cosine of the turn of a corner below which the surface behind it may be near the line across its end. Then the
  * line that halves the corner is a border, too. */

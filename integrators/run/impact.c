@@ -145,8 +145,8 @@ static void tell_corners(const kmp_runner *run, const kmp_impact_run *p, double 
             if (are_at_corner(a, b) &&
                 fabs(kmp_friction_at(x, other, KMP_ROLE_PLACE)) <= KMP_OUTLINE_CORNER * b->side[1].piece->away)
                 kmp_run_log_add(run->log, "corner", t, NAN, NAN,
-                                "'%s' struck a corner, where rounding decides between it and '%s'; 'round' makes it "
-                                "smooth",
+                                "'%s' struck a corner, where it depends on rounding whether '%s' does: 'round' makes "
+                                "it smooth",
                                 force_of(run, struck)->name, force_of(run, other)->name);
         }
 }

@@ -30,8 +30,8 @@
  * others at one time, kinks; friction that sticks: with a screw and a control, at rest under a load that varies, in two
  * loops that are redundant, with a level by reactions, in a guide, of several elements, on a driven belt; rigid
  * contacts: with a stop, feet, slip that rolls, rows between rates, rebounds that accumulate, two that strike at one
- * time, in a sphere, of a loop, at a wall, on a cam, in slots, on a polygon, on teeth; flexible bodies with a taper, from a static start, in mean
- * axes. */
+ * time, in a sphere, of a loop, at a wall, on a cam, in slots, on a polygon, on teeth; flexible bodies with a taper,
+ * from a static start, in mean axes. */
 static const struct {
     const char *folder, *name;
     double time;

@@ -151,9 +151,9 @@ static const struct {
 } beside[] = {
     {"roller: 8 mm, offset: 12 mm", "10 mm", "prismatic: x, at: ground.F", "0, 0, 0", "roller: 8 mm", 0, 0.01, 1},
     {"knife: yes, offset: -9 mm", "10 mm", "prismatic: x, at: ground.B", "0, 0, 0", "knife: yes", 0, 0.01, 1},
-    {"roller: 8 mm, arm: 60 mm, pivot: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "roller: 8 mm", 0,
-     12 * 3.14159265358979323846 / 180, -1},
-    {"knife: yes, arm: -60 mm, pivot: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "knife: yes", 0,
+    {"roller: 8 mm, arm: 60 mm, distance: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "roller: 8 mm",
+     0, 12 * 3.14159265358979323846 / 180, -1},
+    {"knife: yes, arm: -60 mm, distance: 80 mm", "12 deg", "revolute: z, at: ground.P", "-60 mm, 0, 0", "knife: yes", 0,
      12 * 3.14159265358979323846 / 180, 1}};
 
 static void followers_beside_the_centre_have_the_law(void)
@@ -213,7 +213,7 @@ static void followers_beside_the_centre_have_the_law(void)
 /* The curvature of their profile is that of a sampled path at the other side of the wall of the profile. */
 static void profiles_beside_the_centre_are_right(void)
 {
-    static const char *const follower[] = {"roller: 8 mm, offset: 12 mm", "roller: 8 mm, arm: 90 mm, pivot: 80 mm"};
+    static const char *const follower[] = {"roller: 8 mm, offset: 12 mm", "roller: 8 mm, arm: 90 mm, distance: 80 mm"};
     for (int k = 0; k < 2; k++) {
         double curvature[2], place[2];
         for (int f = 0; f < 2; f++) {
@@ -675,11 +675,11 @@ static void refused(void)
         {"law: [{to: 90 deg, rise: 0.01, by: cycloidal}, {to: 360 deg}], base: 0.03, follower: {knife: yes}", "",
          "model.yaml:4:12: outline 'c': the sum of the rises is 0.01 m: it must be zero"},
         {"law: [{to: 90 deg, rise: 0.1, by: cycloidal}, {to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06, "
-         "pivot: 0.08}",
+         "distance: 0.08}",
          "", "the sum of the rises is 0.1 rad"},
         {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06}", "",
-         "'arm' and 'pivot' belong together"},
-        {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06, pivot: 0.1}", "",
+         "'arm' and 'distance' belong together"},
+        {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, arm: 0.06, distance: 0.1}", "",
          "a lever of 0.06 m at the distance 0.1 m does not reach the base circle: its roller is 0.03 m from the "
          "centre"},
         {"law: [{to: 360 deg}], base: 0.03, follower: {knife: yes, offset: 0.04}", "", "the offset is 0.04 m"},

@@ -103,8 +103,8 @@ static kempe_status check_rolling(kempe_sensitivity *s)
         return KEMPE_OK;
     return kmp_fail(
         s->context, KEMPE_E_ARGUMENT,
-        "sensitivities: '%s' holds rates, because no function of the coordinates is the way of its surfaces along each "
-        "other: positions depend on the whole motion before, which is not supported there",
+        "sensitivities: '%s' holds rates: no function of the coordinates is the way of its surfaces, and positions "
+        "depend on the whole motion before, which is not supported there",
         row);
 }
 

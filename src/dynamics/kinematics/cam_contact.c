@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* With (x, y) from the centre of the cam to a roller in the axes of the cam, r its length and a its angle, the centre
  * of the roller is on r = p(a). The distance is (r - p) p/sqrt(p^2 + p'^2): exact on the path, with its derivatives
- * there. Of the law of a follower beside the centre line, or on a lever, the path is its place f(s(u)) turned by u. The
+ * there. Of the law of a follower with an offset, or on a lever, the path is its place f(s(u)) turned by u. The
  * place of the roller gives the lift that it would have and u; their difference from the law, times the normal part of
  * df/ds, is the distance. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support
  * function h. */
@@ -125,7 +125,7 @@ static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower,
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
-/* The law's own roller beside the centre line, or on a lever. */
+/* The law's own roller with an offset, or on a lever. */
 static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
@@ -133,7 +133,7 @@ static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, km
     const double side = copysign(1, cam->arm), l = fabs(cam->arm);
     const kmp_ref square = kmp_add(g, kmp_mul(g, c->x, c->x), kmp_mul(g, c->y, c->y));
     kmp_ref f[2], by[2] = {KMP_ONE, KMP_ZERO}, bend[2] = {KMP_ZERO, KMP_ZERO}, lift;
-    if (cam->arm != 0) { /* the triangle of pivot, centre and roller */
+    if (cam->arm != 0) { /* the triangle of bearing, centre and roller */
         const kmp_ref rest = kmp_sub(g, kmp_const(g, cam->pivot * cam->pivot + l * l), square);
         const kmp_ref cosine = kmp_mul(g, kmp_const(g, 1 / (2 * cam->pivot * l)), rest);
         const kmp_ref sine = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, cosine, cosine)));
@@ -166,8 +166,9 @@ static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, km
     const kmp_ref nx = kmp_div(g, gy, size), ny = kmp_neg(kmp_div(g, gx, size));
     const kmp_ref part = kmp_add(g, kmp_mul(g, nx, by[0]), kmp_mul(g, ny, by[1]));
     out->gap = kmp_mul(g, kmp_sub(g, lift, s), part);
-    out->normal = combined(c, kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey)),
-                           kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex)));
+    const kmp_ref along = kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey));
+    const kmp_ref across = kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex));
+    out->normal = combined(c, along, across);
     const kmp_ref cross = kmp_sub(g, kmp_mul(g, gx, hy), kmp_mul(g, gy, hx));
     const kmp_ref of_path = kmp_div(g, cross, kmp_mul(g, size_square, size));
     out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));

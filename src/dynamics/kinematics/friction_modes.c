@@ -69,7 +69,7 @@ kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force)
     kmp_ref moved = kmp_sub(g, way, place);
     if (turn == KMP_ZERO)
         return moved;
-    /* less whole turns; its slope is that of the way wherever it was held, which rows of impacts need */
+    /* less whole turns; its slope is the slope of the way wherever it was held, which rows of impacts need */
     const kmp_ref angle = kmp_div(g, moved, turn);
     return kmp_mul(g, turn, kmp_binary(g, KMP_OP_ATAN2, kmp_sin(g, angle), kmp_cos(g, angle)));
 }

@@ -234,7 +234,7 @@ static kmp_ref number_of(kmp_graph *g, const run_rows *rows, int column, kmp_ref
     double *y = x + rows->count + 2;
     for (int k = 0; k < rows->count + 2; k++) {
         x[k] = k;
-        y[k] = rows->row[k <= rows->count ? k : 0].at[column]; /* the last one is no index: it ends the last line */
+        y[k] = rows->row[k <= rows->count ? k : 0].at[column]; /* the last one is not an index: it ends the last line */
         equal = equal && y[k] == y[0];
     }
     kmp_table *table = equal ? NULL : kmp_table_new(KMP_TABLE_LINEAR, rows->count + 2, x, y);

@@ -288,7 +288,8 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
     return true;
 }
 
-/* The rate along a piece of an outline where the angle of the circle is no sum of coordinates: r w is what it rolls. */
+/* The rate along a piece of an outline where the angle of the circle is not a sum of coordinates: r w is what it rolls.
+ */
 static kmp_ref slip_along(const pair *p)
 {
     kmp_graph *g = p->tree->graph;

@@ -438,7 +438,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
 }
 
 /* True if a circle that stays on the outline passes from one contact to another: at the end of a copy, or of a run that
- * goes on smoothly. */
+ * continues smoothly. */
 static bool hands_over(const kmp_outline *outline)
 {
     bool over = outline->copies > 1;
@@ -458,11 +458,11 @@ static kempe_status refuse_outlines(const kempe_model *model)
         const bool law = model->forces[contact->first].kind == KMP_FORCE_COMPLIANT;
         for (int k = 0; k < 2; k++)
             if (contact->outline[k] && (law || hands_over(contact->outline[k])))
-                return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                                "functional mock-up units with equations: the contact '%s' passes from one side of the "
-                                "outline '%s' to another, which is not supported in model exchange; a unit with the "
-                                "library simulates it: --binary",
-                                contact->name, contact->outline[k]->name);
+                return kmp_fail(
+                    model->context, KEMPE_E_ARGUMENT,
+                    "units with equations: the contact '%s' passes along the outline '%s', which is not supported "
+                    "in model exchange; a unit with the library simulates it: --binary",
+                    contact->name, contact->outline[k]->name);
     }
     return KEMPE_OK;
 }

@@ -157,7 +157,7 @@ bool kmp_cam_is_beside(const kmp_cam *cam)
     return cam->parts && (cam->offset != 0 || cam->arm != 0);
 }
 
-/* From the lift s and its derivatives by u, of a follower beside the centre line or on a lever: its place f(s), turned
+/* From the lift s and its derivatives by u, of a follower with an offset or on a lever: its place f(s), turned
  * by u. */
 static curve_place beside_place(const kmp_cam *cam, double u, const double s[3])
 {

@@ -51,10 +51,10 @@ typedef struct kmp_cam {
     kmp_follower_form form; /* of the law's follower */
     double radius;          /* of its roller */
     double offset;          /* of its line from the centre, to the right of the motion */
-    double arm, pivot;      /* of a lever: its length with the sign of its side, and the place of its pivot; 0: none */
+    double arm, pivot; /* of a lever: its length with the sign of its side, and the place of its bearing; 0: none */
 } kmp_cam;
 
-/** True for a roller or an edge that is beside the centre line, or on a lever. */
+/** True for a roller or an edge with an offset, or on a lever. */
 bool kmp_cam_is_beside(const kmp_cam *cam);
 
 /** Frees what is not in the arena of the model; of NULL nothing. */

@@ -49,8 +49,8 @@ typedef struct kmp_outline {
     int copies;
     double round;
     int piece_count, run_count;
-    kmp_piece *pieces;   /* of one copy; those of a run follow each other on the border of one convex shape: a circle
-                            touches one of them at a time */
+    kmp_piece *pieces; /* of one copy; the pieces of a run follow each other on the border of one convex shape: a circle
+                          touches one of them at a time */
     struct kmp_cam *cam; /* (cam.h); NULL: it consists of pieces */
 } kmp_outline;
 

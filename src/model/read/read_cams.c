@@ -180,10 +180,10 @@ static bool read_form(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "knife is", "") == 0;
 }
 
-/* The keys offset, arm and pivot. */
+/* The keys offset, arm and distance. */
 static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_cam *cam)
 {
-    static const char *const keys[] = {"offset", "arm", "pivot"};
+    static const char *const keys[] = {"offset", "arm", "distance"};
     double *const numbers[] = {&cam->offset, &cam->arm, &cam->pivot};
     int first = -1;
     const int given = kmp_count_keys(map, KMP_NAMES_OF(keys), &first);
@@ -203,11 +203,11 @@ static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     }
     if (kmp_yaml_get(map, "offset") && given > 1)
         return kmp_reader_complain(r, map->place, "%s: a follower with an 'arm' has no 'offset'", what);
-    return !kmp_yaml_get(map, "arm") == !kmp_yaml_get(map, "pivot") ||
-           kmp_reader_complain(r, map->place, "%s: 'arm' and 'pivot' belong together", what);
+    return !kmp_yaml_get(map, "arm") == !kmp_yaml_get(map, "distance") ||
+           kmp_reader_complain(r, map->place, "%s: 'arm' and 'distance' belong together", what);
 }
 
-/* What the lift is counted from, by the radius of the path on the base circle. */
+/* Finds what the lift is counted from, by the radius of the path on the base circle. */
 static bool find_base(kmp_reader *r, kmp_place place, const char *what, double radius, kmp_cam *cam)
 {
     const double l = fabs(cam->arm), a = cam->pivot;
