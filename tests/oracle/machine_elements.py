@@ -346,6 +346,15 @@ class Rope(Element):
     def change(self, mode):
         self.mode = mode
 
+    def is_passed(self):
+        if self.law is None:
+            return False
+        pull = self.pull()
+        over = self.length - self.law[2]
+        if self.mode == "slack":
+            return over > 1e-9
+        return over < -1e-9 or self.law[1] and pull * (1 if self.mode == "taut" else -1) < -1e-6
+
     def watched(self):
         if self.law is None:
             return []
