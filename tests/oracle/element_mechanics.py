@@ -172,6 +172,7 @@ class Motion:
         for e in self.machine.elements:
             self.put(y)
             e.start(lambda: self.fresh(0.0, y))
+        self.refuse_several(y)
         while left:
             watched = self.watched()
             for _ in range(2):  # the starting values of both sides
@@ -196,6 +197,18 @@ class Motion:
             if len(self.events) > MOST_EVENTS or t - last < SHORTEST and watched[which][1][0] == "impact":
                 raise Border(t)
             last = t
+
+    def refuse_several(self, y):
+        """Of a contact with friction that would open as well as press there are two motions (Painleve)."""
+        for e in self.machine.elements:
+            for which in e.pressed():
+                e.change((which, "open"))
+                a = self.fresh(0.0, y)[0]
+                line, right, _ = Reduced(self.machine).row(e.row_of(which))
+                e.change((which, "closed"))
+                if line @ a > right:
+                    raise ValueError("two motions")
+        self.kept = None
 
     def segment(self, t, end, y, watched):
         """To the next event; with shorter steps where two events are within one of them."""

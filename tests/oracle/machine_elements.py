@@ -45,6 +45,10 @@ class Element:
     def start(self, solved):
         pass
 
+    def pressed(self):
+        """Numbers of rigid contacts that are closed."""
+        return []
+
     def is_passed(self):
         """It is beyond a bound that an event should have found."""
         return False
@@ -171,6 +175,9 @@ class Contact(Element):
                 c.mode = "closed"
                 if solved()[1][f"{self.name}.{k}"] < 0:
                     c.mode = "open"
+
+    def pressed(self):
+        return [k for k, c in enumerate(self.candidates) if c.mode == "closed"]
 
     def is_passed(self):
         return any(c.look().gap * (-1 if c.mode == "open" else 1) > 1e-9 for c in self.candidates if c.mode != "closed")
