@@ -155,7 +155,8 @@ class Contact(Element):
                     c.look()
                     n = self.force(c)
                     f = n * c.n + (self.rub(c, n) * c.t if self.friction else 0)
-                    out += [Wrench(c.centre.body, c.k, f), Wrench(c.on.body, c.k, -f)]
+                    place = c.p if c.machine.fault == "rim" else c.k
+                    out += [Wrench(c.centre.body, place, f), Wrench(c.on.body, place, -f)]
         return out
 
     def rows(self):
