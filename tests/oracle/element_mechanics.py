@@ -172,6 +172,7 @@ class Motion:
         for e in self.machine.elements:
             self.put(y)
             e.start(lambda: self.fresh(0.0, y))
+        self.refuse_several(y)
         while left:
             watched = self.watched()
             for _ in range(2):  # the starting values of both sides
@@ -197,6 +198,18 @@ class Motion:
                 raise Border(t)
             last = t
 
+    def refuse_several(self, y):
+        """Of a contact with friction that would open as well as press there are two motions (Painleve)."""
+        for e in self.machine.elements:
+            for which in e.pressed():
+                e.change((which, "open"))
+                a = self.fresh(0.0, y)[0]
+                line, right, _ = Reduced(self.machine).row(e.row_of(which))
+                e.change((which, "closed"))
+                if line @ a > right:
+                    raise ValueError("two motions")
+        self.kept = None
+
     def segment(self, t, end, y, watched):
         """To the next event; with shorter steps where two events are within one of them."""
         longest = self.times[-1] / (40 if self.machine.strikes else 8)
@@ -208,8 +221,6 @@ class Motion:
 
     def passed(self, run):
         """A gap that closes and opens again within a step."""
-        if not self.machine.strikes:
-            return False
         for before, after in zip(run.t, run.t[1:]):
             for part in (0.15, 0.35, 0.6, 0.85):
                 self.put(run.sol(before + part * (after - before)))

@@ -45,6 +45,10 @@ class Element:
     def start(self, solved):
         pass
 
+    def pressed(self):
+        """Numbers of rigid contacts that are closed."""
+        return []
+
     def is_passed(self):
         """It is beyond a bound that an event should have found."""
         return False
@@ -151,7 +155,8 @@ class Contact(Element):
                     c.look()
                     n = self.force(c)
                     f = n * c.n + (self.rub(c, n) * c.t if self.friction else 0)
-                    out += [Wrench(c.centre.body, c.k, f), Wrench(c.on.body, c.k, -f)]
+                    place = c.p if c.machine.fault == "rim" else c.k
+                    out += [Wrench(c.centre.body, place, f), Wrench(c.on.body, place, -f)]
         return out
 
     def rows(self):
@@ -171,6 +176,9 @@ class Contact(Element):
                 c.mode = "closed"
                 if solved()[1][f"{self.name}.{k}"] < 0:
                     c.mode = "open"
+
+    def pressed(self):
+        return [k for k, c in enumerate(self.candidates) if c.mode == "closed"]
 
     def is_passed(self):
         return any(c.look().gap * (-1 if c.mode == "open" else 1) > 1e-9 for c in self.candidates if c.mode != "closed")
@@ -345,6 +353,15 @@ class Rope(Element):
 
     def change(self, mode):
         self.mode = mode
+
+    def is_passed(self):
+        if self.law is None:
+            return False
+        pull = self.pull()
+        over = self.length - self.law[2]
+        if self.mode == "slack":
+            return over > 1e-9
+        return over < -1e-9 or self.law[1] and pull * (1 if self.mode == "taut" else -1) < -1e-6
 
     def watched(self):
         if self.law is None:

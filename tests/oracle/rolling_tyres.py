@@ -323,6 +323,7 @@ def road_and_tyre(machine):
         machine.features.add("tyre transient")
         if made["lengths"][0] is not None:
             keys.append(f"longitudinal_relaxation: {number(made['lengths'][0])}, lateral_relaxation: {number(made['lengths'][1])}")
+    machine.strikes = True  # short steps: rows are read from the dense output
     machine.kinds["tyres"].append(f"T: {{on: road, at: {place.word}, {', '.join(keys)}}}")
     if machine.fault == "tyre":
         made["stiffness"] *= 1.001

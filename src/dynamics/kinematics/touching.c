@@ -236,8 +236,8 @@ static kmp_ref virtually_turned(const pair *p, int axis)
     return kmp_sub(p->tree->graph, turn[0], turn[1]);
 }
 
-/* The way of the first side's rim by rolling about an axis of the second's point; false: it is no function of the
- * coordinates. */
+/* The way of the first side's rim by rolling about an axis of the second's point; false: the coordinates do not give
+ * it. */
 static bool rolled_about(const pair *p, int axis, kmp_ref *rolled)
 {
     kmp_graph *g = p->tree->graph;
