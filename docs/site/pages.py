@@ -36,7 +36,7 @@ def pages():
     return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/*.md")),
             *sorted(ROOT.glob("examples/*/*.ipynb")), ROOT / "examples/README.md", ROOT / "bench/README.md",
             ROOT / "bench/results/million.md", ROOT / "third_party/README.md",
-            ROOT / "CHANGELOG.md", ROOT / "SECURITY.md", ROOT / "CONTRIBUTING.md"]
+            ROOT / "CHANGELOG.md", ROOT / "SECURITY.md"]
 
 
 def groups():

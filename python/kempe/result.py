@@ -149,7 +149,9 @@ class Reported(Result):
         self._context.refuse(status, message)
 
     def report(self) -> Page:
-        """The page; a notebook shows it."""
+        """The page; a notebook shows it.
+
+        Raises FileError if the folder of temporary files cannot be written to."""
         return Page(text_written(self.write_report, "report.html"))
 
 

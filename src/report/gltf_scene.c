@@ -346,8 +346,9 @@ static void put_primitive(scene *s, surface *of, int colour, double opacity)
     double *corner = KMP_NEW(double, 3 * (ptrdiff_t)of->triangles);
     s->binary.failed = s->binary.failed || of->failed || !corner;
     if (!s->binary.failed && of->triangles > 0) {
-        for (ptrdiff_t k = 0; k < 3 * (ptrdiff_t)of->triangles; k++)
-            corner[k] = of->triangle[k / 3][k % 3];
+        for (ptrdiff_t k = 0; k < of->triangles; k++)
+            for (int i = 0; i < 3; i++)
+                corner[3 * k + i] = of->triangle[k][i];
         const int places = put_accessor(s, "VEC3", 3, FLOAT, VERTICES, of->vertices, of->vertex[0]);
         const int corners = put_accessor(s, "SCALAR", 1, UNSIGNED, INDICES, 3 * of->triangles, corner);
         kmp_json_put(&s->json[MESHES], "{ attributes { POSITION %d } indices %d material %d }", places, corners,
