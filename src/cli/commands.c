@@ -309,7 +309,7 @@ const cli_command cli_commands[] = {
      "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
      .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_reduce)},
-    {CLI_LANGUAGE_SERVER, "language-server", "serve editors: errors, completion and names of model files while they are typed",
+    {CLI_LANGUAGE_SERVER, "language-server", "serve editors: errors, completion and names of a model while it is typed",
      "  kempe language-server --stdio\n", .usage = "[options]", .without_model = true, .wing = "LANGUAGE_SERVER",
      .run = IN_LANGUAGE_SERVER(cli_language_server)},
     {0},

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Model files in editors: a client of the protocol opens examples, types errors into them, completes, asks, renames and lays out.
-What is renamed and laid out is read and simulated again. Where `lsprotocol` is installed, it reads all answers by the types of the
-protocol.
+Models with other names and another layout are read and simulated again. If `lsprotocol` is installed, it reads all answers by the
+types of the protocol.
 
-    python3 tests/language_server.py build/dev/kempe
+    python3 tests/editors.py build/dev/kempe
 """
 import contextlib
 import json
@@ -19,9 +19,9 @@ import time
 import unittest
 
 sys.dont_write_bytecode = True
-import language_client  # noqa: E402
+import editor_client  # noqa: E402
 import runs  # noqa: E402
-from language_client import Client, Refused, edited, position_of, uri_of  # noqa: E402
+from editor_client import Client, Refused, edited, position_of, uri_of  # noqa: E402
 
 ROOT = runs.ROOT
 FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
@@ -346,7 +346,7 @@ class Names(Session):
     def test_refused(self):
         self.memory(PENDULUM)
         place = at(PENDULUM, "qd(A", "(")
-        for name, words in (("2x", "is no name"), ("a b", "is no name"), ("B", "cannot be the name here")):
+        for name, words in (("2x", "is not a name"), ("a b", "is not a name"), ("B", "cannot be the name here")):
             with self.assertRaises(Refused) as caught:
                 self.client.at("rename", self.uri, place, newName=name)
             self.assertIn(words, str(caught.exception))
