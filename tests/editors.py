@@ -200,10 +200,10 @@ class Diagnostics(Session):
     def compare(self, path, text, said, found):
         places = re.findall(rf"^(?:kempe: )?{re.escape(str(path))}:(\d+):(\d+): (.*)$", said, re.M)
         self.assertEqual([d["message"] for d in found], [sentence for *_, sentence in places], path.name)
+        lines = re.split(r"\r\n|\r|\n", text)
         for diagnostic, (line, column, _) in zip(found, places):
-            start = diagnostic["range"]["start"]
-            self.assertEqual(start["line"] + 1, int(line), path.name)
-            self.assertLessEqual(start["character"] + 1, int(column) * 2, path.name)
+            before = lines[int(line) - 1][:int(column) - 1]
+            self.assertEqual(diagnostic["range"]["start"], {"line": int(line) - 1, "character": len(before.encode("utf-16-le")) // 2}, path.name)
 
     def test_typing(self):
         self.assertEqual(self.memory(PENDULUM), [])

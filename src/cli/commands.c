@@ -273,7 +273,7 @@ const cli_command cli_commands[] = {
      "      --instances 2000 --out bars.kempe\n",
      .usage = "FILE --values FILE | --sample RANGES [options]", .model_alone = true, .wing = "ENSEMBLE",
      .study = IN_ENSEMBLE(&cli_ensemble_study)},
-    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table or page",
+    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, write them as one table or page",
      "  kempe gather bars.kempe\n"
      "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n"
      "  kempe gather bars.kempe --report bars.html\n",

@@ -164,10 +164,11 @@ static bool has_version(const char *line)
 
 bool kmp_file_is_model(const kmp_open_file *file)
 {
-    for (const char *line = file->text; line; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL)
-        if (has_version(line))
-            return true;
-    return !strchr(file->text, ':');
+    const char *line = file->text;
+    bool found = has_version(line);
+    while (!found && (line = strchr(line, '\n')) != NULL)
+        found = has_version(++line);
+    return found || !strchr(file->text, ':');
 }
 
 /* -- other files -------------------------------------------------------------------------------------- */

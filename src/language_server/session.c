@@ -273,6 +273,7 @@ static void take_message(kempe_language_server *s, const char *body, size_t leng
         answer_request(s, method, id, kmp_json_member(message, "params"));
     else if (method)
         take_notification(s, method, kmp_json_member(message, "params"));
+    s->output.failed = s->output.failed || s->work.failed;
     kmp_arena_free(&s->work);
     s->closed = NULL;
     s->closed_count = 0;
@@ -309,6 +310,7 @@ static void diagnose_stale(kempe_language_server *s)
     for (int k = 0; k < s->file_count && s->ended < 0; k++)
         if (s->files[k]->stale)
             kmp_file_diagnose(s, s->files[k]);
+    s->output.failed = s->output.failed || s->work.failed;
     kmp_arena_free(&s->work);
     s->closed = NULL;
     s->closed_count = 0;
@@ -361,7 +363,8 @@ kempe_status kempe_language_server_new(kempe_context *context, kempe_language_se
         s->quiet = kempe_context_new();
         s->schema = kmp_schema_read(&s->lasting);
     }
-    return KMP_GIVE_OR_FREE(kmp_made(context, s && s->quiet && s->schema), server, s, kempe_language_server_free);
+    const kempe_status status = kmp_made(context, s && s->quiet && s->schema);
+    return KMP_GIVE_OR_FREE(status, server, s, kempe_language_server_free);
 }
 
 KMP_GETTER(int kempe_language_server_is_running(const kempe_language_server *server), server, server->ended < 0, 0)
