@@ -11,7 +11,6 @@ import json
 import pathlib
 import random
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -69,24 +68,32 @@ def names_of(symbols, depth=0):
         yield from names_of(symbol["children"], depth + 1)
 
 
-@contextlib.contextmanager
-def tree():
-    """A folder in which the examples and models are, as links; a file is replaced by writing it."""
-    with tempfile.TemporaryDirectory() as folder:
+class Tree:
+    """A folder in which the examples and models are, as links."""
+
+    def __init__(self):
+        self.kept = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.kept.name)
         for top in ("examples", "tests/models"):
-            for path in (ROOT / top).rglob("*"):
-                there = pathlib.Path(folder) / path.relative_to(ROOT)
+            (self.root / top).mkdir(parents=True)
+            for path in sorted((ROOT / top).rglob("*")):
+                there = self.root / path.relative_to(ROOT)
                 if path.is_dir():
-                    there.mkdir(parents=True)
+                    there.mkdir()
                 else:
-                    there.parent.mkdir(parents=True, exist_ok=True)
                     there.symlink_to(path)
-        yield pathlib.Path(folder)
 
-
-def replaced(path, text):
-    path.unlink()
-    path.write_text(text)
+    @contextlib.contextmanager
+    def changed(self, texts):
+        """With other texts of some files."""
+        files = [self.root / path.relative_to(ROOT) for path in texts]
+        for file, text in zip(files, texts.values()):
+            file.unlink()
+            file.write_text(text)
+        yield self.root
+        for file in files:
+            file.unlink()
+            file.symlink_to(ROOT / file.relative_to(self.root))
 
 
 class Session(unittest.TestCase):
@@ -402,9 +409,10 @@ class Names(Session):
 
     def test_examples(self):
         """A name of an example, at random, has another name: the model is the same but for it."""
-        chance, count = random.Random(66), 0
+        chance, count, tree = random.Random(66), 0, Tree()
+        self.addCleanup(tree.kept.cleanup)
         files = [path for top in ("examples", "tests/models") for path in sorted((ROOT / top).rglob("*.yaml"))]
-        for path in files if runs.FULL else chance.sample(files, 12):
+        for path in files if runs.FULL else chance.sample(files, 20):
             before = shown(path)
             if before is None or "mesh" in before:
                 continue
@@ -417,10 +425,8 @@ class Names(Session):
                 except Refused as refused:
                     self.assertIn("no name of the model", str(refused), f"{path}: {symbol['name']}")  # as keys of `start`
                     continue
-                with tree() as folder:
-                    for uri, edits in changes.items():
-                        file = pathlib.Path(uri[len("file://"):])
-                        replaced(folder / file.relative_to(ROOT), edited(file.read_text(), edits))
+                files = {pathlib.Path(uri[len("file://"):]): edits for uri, edits in changes.items()}
+                with tree.changed({file: edited(file.read_text(), edits) for file, edits in files.items()}) as folder:
                     after = shown(folder / path.relative_to(ROOT))
                     self.assertIsNotNone(after, f"{path}: {symbol['name']}")
                     self.assertEqual(after.replace("zq7", symbol["name"]).replace(str(folder), str(ROOT)), before,
@@ -445,18 +451,16 @@ class Layout(Session):
 
     def test_examples(self):
         """Deformed by indentation and blanks, and laid out: the same model, the same comments; laid out again, the same text."""
-        files = sorted((ROOT / "examples").rglob("*.yaml"))
+        files, tree = sorted((ROOT / "examples").rglob("*.yaml")), Tree()
+        self.addCleanup(tree.kept.cleanup)
         for path in files[::1 if runs.FULL else 5]:
             text = path.read_text()
             deformed = re.sub(r"^( +)(?=\S)", lambda m: m.group(1) * 3, text, flags=re.M).replace("\n", "  \n")
             out = self.laid_out(deformed)
             self.assertEqual(self.laid_out(out), out, path.name)
             self.assertEqual(re.findall(r"#.*?(?=\s*$)", out, re.M), re.findall(r"#.*?(?=\s*$)", text, re.M), path.name)
-            with tree() as folder:
-                there = folder / path.relative_to(ROOT)
-                before = shown(there)
-                replaced(there, out)
-                self.assertEqual(shown(there), before, path.name)
+            with tree.changed({path: out}) as folder:
+                self.assertEqual((shown(folder / path.relative_to(ROOT)) or "").replace(str(folder), str(ROOT)), shown(path) or "", path.name)
 
 
 class Outline(Session):
