@@ -456,6 +456,8 @@ class Layout(Session):
         for path in files[::1 if runs.FULL else 5]:
             text = path.read_text()
             deformed = re.sub(r"^( +)(?=\S)", lambda m: m.group(1) * 3, text, flags=re.M).replace("\n", "  \n")
+            if any(d["message"].startswith("YAML:") for d in self.memory(deformed)):  # keys behind `- ` in several lines
+                deformed = text.replace("\n", "  \n")
             out = self.laid_out(deformed)
             self.assertEqual(self.laid_out(out), out, path.name)
             self.assertEqual(re.findall(r"#.*?(?=\s*$)", out, re.M), re.findall(r"#.*?(?=\s*$)", text, re.M), path.name)
