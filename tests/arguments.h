@@ -19,6 +19,7 @@
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
+#include <kempe/language_server.h>
 #include <kempe/limit_cycles.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
@@ -195,6 +196,7 @@ ZERO(kempe_closure_def)
 ZERO(kempe_force_def)
 ZERO(kempe_shape_def)
 
+SOME(kempe_language_server, kempe_language_server_new, some_kempe_context(0))
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
 SOME(kempe_ensemble_stepper, kempe_ensemble_stepper_new, some_kempe_model(0), &plain_run, 2, 0, "q")
 SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &plain_run, 0)

@@ -28,4 +28,9 @@ LEFT_OUT = {
     "kempe_workspace_actuator_count": "the caller names them",
     "kempe_write_file": "Python writes files",
     "kempe_context_is_source": "writers refuse such files themselves",
+    "kempe_language_server_new": "for editors: the command language-server",
+    "kempe_language_server_free": "for editors: the command language-server",
+    "kempe_language_server_take": "for editors: the command language-server",
+    "kempe_language_server_is_running": "for editors: the command language-server",
+    "kempe_language_server_is_finished": "for editors: the command language-server",
 }

@@ -275,7 +275,7 @@ const cli_command cli_commands[] = {
      "      --instances 2000 --out bars.kempe\n",
      .usage = "FILE --values FILE | --sample RANGES [options]", .model_alone = true, .wing = "ENSEMBLE",
      .study = IN_ENSEMBLE(&cli_ensemble_study)},
-    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table or page",
+    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, write them as one table or page",
      "  kempe gather bars.kempe\n"
      "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n"
      "  kempe gather bars.kempe --report bars.html\n",
@@ -311,7 +311,7 @@ const cli_command cli_commands[] = {
      "  kempe reduce job.sti --units 'mm t s' --interface A=BORE --interface B=PIN --modes 10 -o rod.npz\n",
      .usage = "MESH --interface NAME=NODES.. -o BODY.npz [options]", .without_model = true, .wing = "EXCHANGE",
      .run = IN_EXCHANGE(cli_reduce)},
-    {CLI_LANGUAGE_SERVER, "language-server", "serve editors: errors, completion and names of model files while they are typed",
+    {CLI_LANGUAGE_SERVER, "language-server", "serve editors: errors, completion and names of a model while it is typed",
      "  kempe language-server --stdio\n", .usage = "[options]", .without_model = true, .wing = "LANGUAGE_SERVER",
      .run = IN_LANGUAGE_SERVER(cli_language_server)},
     {0},

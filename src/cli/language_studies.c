@@ -17,7 +17,7 @@ kempe_status cli_language_server(const cli_job *j)
     static char bytes[1 << 16];
     kempe_language_server *server = NULL;
     kempe_status status = kempe_language_server_new(j->context, &server);
-    while (status == KEMPE_OK && kempe_language_server_ended(server) < 0) {
+    while (status == KEMPE_OK && kempe_language_server_is_running(server)) {
         char *answer = NULL;
         const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
         if (count <= 0)
@@ -28,7 +28,7 @@ kempe_status cli_language_server(const cli_job *j)
         kempe_text_free(answer);
     }
     cli_report_failure(j, status, false);
-    if (status == KEMPE_OK && kempe_language_server_ended(server) != 0)
+    if (status == KEMPE_OK && !kempe_language_server_is_finished(server))
         status = KEMPE_E_FAILED;
     if (server)
         kempe_language_server_free(server);

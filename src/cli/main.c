@@ -18,7 +18,7 @@ static void print_help(FILE *out)
         ": simulation of mechanisms with closed kinematic loops\n\nusage: kempe COMMAND FILE [options]\n\ncommands:\n",
         out);
     for (const cli_command *c = cli_commands; c->name; c++)
-        fprintf(out, "  %-12s%s\n", c->name, c->summary);
+        fprintf(out, "  %-16s%s\n", c->name, c->summary);
     fputs("\n'kempe help COMMAND' prints the options and examples of a command, 'kempe --version' the version.\n"
           "FILE is a model in YAML, .yaml (docs/model/README.md), URDF, .urdf (docs/urdf.md), MuJoCo's format,\n"
           ".xml or .mjcf (docs/mjcf.md), SDFormat, .sdf (docs/sdf.md), or of ROBOTRAN, .mbs (docs/robotran.md).\n",

@@ -422,7 +422,7 @@ static const option options[] = {
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
     {CLI_LANGUAGE_SERVER, IN_OUTPUT, "stdio", FLAG(stdio),
-     "messages on standard input and output, as many editors ask for; without it, too"},
+     "messages on standard input and output: the default, which many editors request by name"},
     {CLI_ALL & ~CLI_LANGUAGE_SERVER, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},

@@ -82,6 +82,6 @@ extern const cli_study cli_contact_study;                                       
 extern const cli_study cli_count_study, cli_code_study;                                   /* exchange_studies.c */
 extern const cli_study cli_fit_study, cli_optimize_study, cli_ensemble_study;             /* ensemble_studies.c */
 kempe_status cli_generate(const cli_job *j), cli_fmu(const cli_job *j),
-    cli_reduce(const cli_job *j);          /* exchange_studies.c */
+    cli_reduce(const cli_job *j);                   /* exchange_studies.c */
 kempe_status cli_gather(const cli_job *j);          /* ensemble_studies.c */
 kempe_status cli_language_server(const cli_job *j); /* language_studies.c */

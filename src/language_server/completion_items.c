@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Completion. What may stand at the cursor follows from the text before it: a mark is put there, open brackets and quotes are
- * closed, and the reader of YAML gives the node of the mark. The names are those of the last document that could be read. */
+/* Completion. The text before the cursor decides: a mark is put there, open brackets and
+ * quotes are closed, and the reader of YAML gives the node of the mark. Names are from the last document that could be
+ * read. */
 #include "base/memory.h"
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
@@ -18,7 +19,7 @@
 
 /* Brackets, quotes and the line at the end of a text. */
 typedef struct text_end {
-    char open[KMP_MOST_BRACKETS + 1]; /* brackets that are not closed */
+    char open[KMP_MOST_BRACKETS + 1];   /* brackets that are not closed */
     bool valued[KMP_MOST_BRACKETS + 1]; /* a colon was there since the last comma */
     int depth;
     char quote; /* '\0': none is open */
@@ -82,7 +83,7 @@ static bool is_marked(const void *unused, const kmp_yaml *node)
 
 /* The node of a mark behind `length` bytes, as a key or as a value; *document: with it. */
 static kmp_found_node find_mark(kempe_language_server *s, const char *text, size_t length, const text_end *e,
-                                bool as_key, kmp_source *document)
+                                bool as_key, kmp_text_source *document)
 {
     kmp_text marked = {0};
     kmp_text_append(&marked, text, length);
@@ -100,7 +101,7 @@ static kmp_found_node find_mark(kempe_language_server *s, const char *text, size
 }
 
 static kmp_found_node find_place(kempe_language_server *s, const char *text, size_t length, const text_end *e,
-                                 kmp_source *document)
+                                 kmp_text_source *document)
 {
     const bool valued = e->depth > 0 ? e->valued[e->depth] || e->open[e->depth] == '[' : e->line_valued;
     const bool as_key = !valued && !e->quote;
@@ -110,17 +111,25 @@ static kmp_found_node find_place(kempe_language_server *s, const char *text, siz
 
 /* -- items -------------------------------------------------------------------------------------------- */
 
-enum { TEXT_ITEM = 1, FUNCTION_ITEM = 3, VARIABLE_ITEM = 6, PROPERTY_ITEM = 10, UNIT_ITEM = 11, VALUE_ITEM = 12, FILE_ITEM = 17 };
+enum {
+    TEXT_ITEM = 1,
+    FUNCTION_ITEM = 3,
+    VARIABLE_ITEM = 6,
+    PROPERTY_ITEM = 10,
+    UNIT_ITEM = 11,
+    VALUE_ITEM = 12,
+    FILE_ITEM = 17
+};
 
-/* What is completed: bytes of the text that an item replaces. */
+/* A request in work: an item replaces these bytes of the text. */
 typedef struct completing {
     kempe_language_server *s;
     kmp_open_file *file;
-    kmp_answer *answer;
+    kmp_reply *answer;
     size_t begin, end;
     kmp_found_node found;
-    kmp_source marked; /* the document up to the cursor */
-    kmp_names names;
+    kmp_text_source marked; /* the document up to the cursor */
+    kmp_model_names names;
 } completing;
 
 static void put_item(completing *c, const char *label, int kind, const char *detail, const char *meaning,
@@ -167,7 +176,7 @@ static void put_values(completing *c, const kmp_schema *schema)
 
 static void put_names(completing *c, kmp_name_set of, const char *owner)
 {
-    const kmp_names *n = &c->names;
+    const kmp_model_names *n = &c->names;
     for (int k = 0; k < n->count; k++) {
         const kmp_declared *d = &n->declared[k];
         const bool owned = d->kind == KMP_NAME_POINT || d->kind == KMP_NAME_INTERFACE;
@@ -183,7 +192,7 @@ static void put_names(completing *c, kmp_name_set of, const char *owner)
 /* Names of an included file, as that has them; the include may be new. */
 static void put_included(completing *c, kmp_name_set of)
 {
-    kmp_names names;
+    kmp_model_names names;
     kmp_names_find(&names, c->s->schema, &c->marked, kmp_session_beside, c->s);
     for (int k = 0; k < names.count; k++) {
         const kmp_declared *d = &names.declared[k];
@@ -200,8 +209,8 @@ static void put_words(completing *c, bool outputs)
     kmp_language_word word;
     const char *last = "";
     for (int k = 0; kmp_language_word_at(k, &word); k++) {
-        const bool fits = outputs ? word.kind == KMP_WORD_OUTPUT
-                                  : word.kind != KMP_WORD_OUTPUT && word.kind != KMP_WORD_UNIT;
+        const bool fits =
+            outputs ? word.kind == KMP_WORD_OUTPUT : word.kind != KMP_WORD_OUTPUT && word.kind != KMP_WORD_UNIT;
         const char *inserted = kmp_arena_printf(&c->s->work, word.called && !outputs ? "%s(" : "%s", word.name);
         if (fits && inserted && strcmp(last, word.name) != 0)
             put_item(c, word.name, word.called ? FUNCTION_ITEM : VARIABLE_ITEM, word.form, word.meaning, inserted);
@@ -221,8 +230,8 @@ static void put_units(completing *c)
 static void put_files(completing *c, bool models)
 {
     const char *slash = strrchr(c->file->path, '/');
-    const char *folder = slash ? kmp_arena_printf(&c->s->work, "%.*s", (int)(slash + 1 - c->file->path), c->file->path)
-                               : NULL;
+    const char *folder =
+        slash ? kmp_arena_printf(&c->s->work, "%.*s", (int)(slash + 1 - c->file->path), c->file->path) : NULL;
     DIR *open = folder ? opendir(folder) : NULL;
     for (const struct dirent *entry; open && (entry = readdir(open));) {
         const char *ending = strrchr(entry->d_name, '.');
@@ -243,7 +252,7 @@ static void put_files(completing *c, bool models)
 
 /* -- expressions -------------------------------------------------------------------------------------- */
 
-/* What may follow a part of an expression: names by the call that is open, or units behind a number. */
+/* The names that may follow a part of an expression, by the call that is open; units behind a number. */
 static kmp_name_set names_behind(const char *text, bool *units)
 {
     enum { MOST = 64 };
@@ -256,7 +265,8 @@ static kmp_name_set names_behind(const char *text, bool *units)
         *units = false;
         if (number > 0) {
             const size_t end = k + number, behind = kmp_units_end(text, end);
-            *units = (behind == end && text[end] == ' ') || (behind > end && strchr("*/", text[behind]) && text[behind]);
+            *units =
+                (behind == end && text[end] == ' ') || (behind > end && strchr("*/", text[behind]) && text[behind]);
             k = behind > end && *units ? behind + 1 : behind;
             k += strspn(text + k, " ");
         } else if (word > 0) {
@@ -350,7 +360,7 @@ static void put_items(completing *c, const text_end *e)
         put_keys(c, &found->schemas, NULL);
 }
 
-void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer)
+void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer)
 {
     const char *text = file->text;
     completing c = {.s = s, .file = file, .answer = answer, .begin = offset, .end = offset};
@@ -361,7 +371,7 @@ void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t
     if (!e.comment) {
         c.marked.path = file->path;
         c.found = find_place(s, text, c.begin, &e, &c.marked);
-        const kmp_source *source = file->good.root ? &file->good : &c.marked;
+        const kmp_text_source *source = file->good.root ? &file->good : &c.marked;
         kmp_names_find(&c.names, s->schema, source, kmp_session_beside, s);
         if (c.found.node)
             put_items(&c, &e);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Layout of a file: blanks at the ends of lines, empty lines, the indentation of blocks. Comments stay. A text whose document
- * is not the same as before is not taken. */
+/* Layout of a file: blanks at the ends of lines, empty lines, the indentation of blocks. Comments stay. A text whose
+ * document is not the same as before is not taken. */
 #include "language_server/session.h"
 #include <string.h>
 
@@ -122,7 +122,8 @@ static const char *laid_out(kmp_arena *arena, const char *text, bool even)
 
 enum { MOST_LEVELS = 100, MOST_NODES = 2000000 };
 
-/* True if two nodes have the same content. An alias may be met many times: beyond the bounds they count as different. */
+/* True if two nodes have the same content. An alias may be met many times: beyond the bounds they count as different.
+ */
 static bool is_same_node(const kmp_yaml *a, const kmp_yaml *b, int level, int *nodes)
 {
     bool same = a->kind == b->kind && a->count == b->count && a->empty == b->empty && strcmp(a->text, b->text) == 0 &&
@@ -142,7 +143,7 @@ static const char *checked_layout(kempe_language_server *s, const kmp_open_file 
     return root && is_same_node(root, file->good.root, 0, &nodes) ? text : NULL;
 }
 
-void kmp_answer_formatting(kempe_language_server *s, kmp_open_file *file, kmp_answer *answer)
+void kmp_answer_formatting(kempe_language_server *s, kmp_open_file *file, kmp_reply *answer)
 {
     const char *text = file->is_good ? checked_layout(s, file, true) : NULL;
     if (!text && file->is_good)

@@ -16,7 +16,7 @@ static kmp_place end_of(const kmp_yaml *node)
 }
 
 /* Begins a symbol, whose children follow. */
-static void begin_symbol(kempe_language_server *s, kmp_json *json, const kmp_source *source, const kmp_yaml *key,
+static void begin_symbol(kempe_language_server *s, kmp_json *json, const kmp_text_source *source, const kmp_yaml *key,
                          const kmp_yaml *node, int symbol)
 {
     const size_t begin = kmp_offset_of_place(source->text, key->text_place), word = begin + strlen(key->text);
@@ -42,7 +42,7 @@ static int symbol_of_section(const char *section)
     return POINT_SYMBOL;
 }
 
-static void put_entries(kempe_language_server *s, kmp_json *json, const kmp_source *source, const kmp_yaml *map,
+static void put_entries(kempe_language_server *s, kmp_json *json, const kmp_text_source *source, const kmp_yaml *map,
                         int symbol, bool with_points)
 {
     for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++) {
@@ -53,15 +53,16 @@ static void put_entries(kempe_language_server *s, kmp_json *json, const kmp_sour
     }
 }
 
-void kmp_answer_symbols(kempe_language_server *s, kmp_open_file *file, kmp_answer *answer)
+void kmp_answer_symbols(kempe_language_server *s, kmp_open_file *file, kmp_reply *answer)
 {
-    const kmp_source *source = &file->good;
+    const kmp_text_source *source = &file->good;
     const kmp_yaml *root = file->is_good && source->root->kind == KMP_YAML_MAP ? source->root : NULL;
     kmp_json_array(&answer->json, NULL);
     for (int k = 0; root && k < root->count; k++) {
         const char *section = root->keys[k]->text;
         begin_symbol(s, &answer->json, source, root->keys[k], root->items[k], SECTION_SYMBOL);
-        put_entries(s, &answer->json, source, root->items[k], symbol_of_section(section), strcmp(section, "bodies") == 0);
+        put_entries(s, &answer->json, source, root->items[k], symbol_of_section(section),
+                    strcmp(section, "bodies") == 0);
         end_symbol(&answer->json);
     }
     kmp_json_end(&answer->json);

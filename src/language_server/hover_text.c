@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is told of the word under the pointer: a key, a name, a function, a unit. */
+/* Explanations of the word under the pointer: a key, a name, a function, a unit. */
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
 #include "language_server/session.h"
@@ -66,7 +66,7 @@ static void tell_word(const char *name, bool outputs, kmp_text *text)
     }
 }
 
-void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer)
+void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer)
 {
     const char *whole = file->text;
     size_t begin = offset, end = offset;
@@ -77,7 +77,7 @@ void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offs
     if (!file->is_good || begin == end)
         return;
     kmp_text text = {0};
-    kmp_names names;
+    kmp_model_names names;
     kmp_names_find(&names, s->schema, &file->good, kmp_session_beside, s);
     const kmp_name_use *use = kmp_names_at(&names, offset);
     const kmp_found_node found = kmp_node_at(s->schema, file->good.root, file->good.text, offset);

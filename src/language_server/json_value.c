@@ -88,7 +88,7 @@ static char *read_escape(json_reader *r, char *to)
     return code < 0 ? NULL : put_character(to, join_halves(r, code));
 }
 
-/* Behind its first quote; NULL: it is no string. No escape is shorter than what it means. */
+/* Behind its first quote; NULL: an error. No escape is shorter than what it means. */
 static const char *read_string(json_reader *r)
 {
     const char *end = r->at;
@@ -152,7 +152,8 @@ static bool read_items(json_reader *r, kmp_json_value *to)
 static bool read_plain(json_reader *r, kmp_json_value *to)
 {
     size_t length = 0;
-    while (r->at + length < r->end && r->at[length] && strchr("+-.0123456789abcdefghijklmnopqrstuvwxyzE", r->at[length]))
+    while (r->at + length < r->end && r->at[length] &&
+           strchr("+-.0123456789abcdefghijklmnopqrstuvwxyzE", r->at[length]))
         length++;
     char *text = kmp_arena_alloc(r->arena, length + 1, 1), *end = text;
     if (!text || length == 0)

@@ -25,8 +25,8 @@ typedef struct kmp_json_value {
 /** Values nest this deep at most. */
 enum { KMP_JSON_LEVELS = 64 };
 
-/** The value that `length` bytes are. NULL: they are no JSON in UTF-8, nest too deeply, or there is no memory, where the
- * arena has failed. */
+/** The value that `length` bytes are. NULL: they are not JSON in UTF-8, nest too deeply, or there is no memory, where
+ * the arena has failed. */
 const kmp_json_value *kmp_json_read(kmp_arena *arena, const char *text, size_t length);
 
 /** A member of an object; NULL: it has none of this name, or is NULL or no object. */

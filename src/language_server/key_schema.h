@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What may be at a place of a model file: its JSON Schema (schema/kempe.schema.json), which is made from the tables of keys
- * of the reader, is part of the library. */
+/* The content of model files by their JSON Schema (schema/kempe.schema.json), which is made from the tables of
+ * keys of the reader, is part of the library. */
 #pragma once
 
 #include "language_server/json_value.h"
@@ -27,7 +27,7 @@ typedef struct kmp_schemas {
 /** The schema in an arena; NULL: no memory. */
 const kmp_json_value *kmp_schema_read(kmp_arena *arena);
 
-/** What the document may be; what the value of a key, and an item of a list, may be. */
+/** The schemas of the document, of the value of a key, of an item of a list. */
 kmp_schemas kmp_schema_of_model(const kmp_json_value *whole);
 kmp_schemas kmp_schema_of_key(const kmp_schemas *map, const char *key);
 kmp_schemas kmp_schema_of_item(const kmp_schemas *list);

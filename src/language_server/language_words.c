@@ -2,9 +2,9 @@
 #include "language_server/language_words.h"
 #include "model/language/dimension.h"
 
-#define FORM_1     "(x)"
-#define FORM_2     "(x, y)"
-#define FORM_3     "(a < b, x, y)"
+#define FORM_1 "(x)"
+#define FORM_2 "(x, y)"
+#define FORM_3 "(a < b, x, y)"
 
 static const kmp_language_word words[] = {
     {KMP_WORD_VARIABLE, "t", "t", "s", "time", false},

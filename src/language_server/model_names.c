@@ -108,7 +108,7 @@ kmp_name_set kmp_names_of_value(const char *kind)
 /* -- declarations ------------------------------------------------------------------------------------- */
 
 typedef struct name_finder {
-    kmp_names *names;
+    kmp_model_names *names;
     kmp_source_beside *beside;
     void *user;
     int included, visits;
@@ -119,7 +119,7 @@ typedef struct name_finder {
 
 /* The file that is declared: its prefix, and the body that is its ground. */
 typedef struct declared_file {
-    const kmp_source *source;
+    const kmp_text_source *source;
     const char *prefix, *ground;
     int level;
 } declared_file;
@@ -132,7 +132,7 @@ static unsigned slot_of(const char *name)
 static void declare(name_finder *f, const declared_file *file, kmp_name_kind kind, const char *owner,
                     const kmp_yaml *word, const kmp_yaml *node, bool implied)
 {
-    kmp_names *n = f->names;
+    kmp_model_names *n = f->names;
     if (word->kind != KMP_YAML_SCALAR || !word->text[0] || strcmp(word->text, "~") == 0)
         return;
     const bool prefixed = kind != KMP_NAME_POINT && kind != KMP_NAME_INTERFACE;
@@ -158,9 +158,8 @@ static void declare(name_finder *f, const declared_file *file, kmp_name_kind kin
 
 static const char *prefixed(name_finder *f, const declared_file *file, const char *name)
 {
-    const char *whole = strcmp(name, "ground") == 0
-                            ? file->ground
-                            : kmp_arena_printf(&f->names->arena, "%s%s", file->prefix, name);
+    const char *whole =
+        strcmp(name, "ground") == 0 ? file->ground : kmp_arena_printf(&f->names->arena, "%s%s", file->prefix, name);
     return whole ? whole : "";
 }
 
@@ -206,7 +205,7 @@ static void declare_section(name_finder *f, const declared_file *file, kmp_name_
 static void declare_file(name_finder *f, const declared_file *file);
 
 /* The copies of an include: a number, or a parameter that is one; 0: it is not repeated. */
-static int copies_of(const kmp_source *source, const kmp_yaml *item)
+static int copies_of(const kmp_text_source *source, const kmp_yaml *item)
 {
     const kmp_yaml *repeat = kmp_yaml_get(item, "repeat");
     const kmp_yaml *by = repeat ? kmp_yaml_get(kmp_yaml_get(source->root, "parameters"), repeat->text) : NULL;
@@ -222,7 +221,7 @@ static void declare_included(name_finder *f, const declared_file *file, const km
         return;
     const int copies = copies_of(file->source, item);
     const char *own = prefix ? prefix->text : "";
-    const kmp_source *source = f->beside(f->user, file->source, name->text);
+    const kmp_text_source *source = f->beside(f->user, file->source, name->text);
     char *body = kmp_arena_strdup(&f->names->arena, at ? at->text : "ground");
     if (!source || !source->root || !body)
         return;
@@ -254,8 +253,9 @@ static void declare_file(name_finder *f, const declared_file *file)
 
 /* -- look-up ------------------------------------------------------------------------------------------ */
 
-/* A declared name of one of the kinds, the first kind before the others; of a point, of the owner; -1: there is none. */
-static int find_name(const kmp_names *n, const char *name, kmp_name_set of, const char *owner)
+/* A declared name of one of the kinds, the first kind before the others; of a point, of the owner; -1: there is none.
+ */
+static int find_name(const kmp_model_names *n, const char *name, kmp_name_set of, const char *owner)
 {
     int best = -1;
     for (int k = n->heads[slot_of(name)]; k >= 0; k = n->declared[k].next) {
@@ -270,7 +270,7 @@ static int find_name(const kmp_names *n, const char *name, kmp_name_set of, cons
 }
 
 /* A name of an included file, as that has it. */
-static int find_included(const kmp_names *n, const char *name, kmp_name_set of, int include)
+static int find_included(const kmp_model_names *n, const char *name, kmp_name_set of, int include)
 {
     for (int k = 0; k < n->count; k++) {
         const kmp_declared *d = &n->declared[k];
@@ -280,12 +280,12 @@ static int find_included(const kmp_names *n, const char *name, kmp_name_set of, 
     return -1;
 }
 
-/* The object whose name is the beginning of one that the reader makes, as `floor_friction` of the contact `floor`: *length is
- * that of its own name. */
-static int find_maker(const kmp_names *n, const char *name, size_t *length)
+/* The object whose name is the beginning of one that the reader makes, as `floor_friction` of the contact `floor`:
+ * *length: of its name. */
+static int find_maker(const kmp_model_names *n, const char *name, size_t *length)
 {
-    const kmp_name_set of = KMP_NAMES_IN(CONTACT) | KMP_NAMES_IN(LOOP) | KMP_NAMES_IN(JOINT) | KMP_NAMES_IN(GEAR) |
-                            KMP_NAMES_IN(ROPE);
+    const kmp_name_set of =
+        KMP_NAMES_IN(CONTACT) | KMP_NAMES_IN(LOOP) | KMP_NAMES_IN(JOINT) | KMP_NAMES_IN(GEAR) | KMP_NAMES_IN(ROPE);
     char own[256];
     *length = strlen(name);
     if (*length >= sizeof own)
@@ -303,7 +303,7 @@ static int find_maker(const kmp_names *n, const char *name, size_t *length)
 
 static void use(name_finder *f, size_t begin, size_t end, int declared)
 {
-    kmp_names *n = f->names;
+    kmp_model_names *n = f->names;
     if (declared < 0)
         return;
     kmp_name_use *all = kmp_arena_room(&n->arena, n->uses, n->use_count, sizeof *all);
@@ -315,7 +315,7 @@ static void use(name_finder *f, size_t begin, size_t end, int declared)
 
 /* -- words of scalars --------------------------------------------------------------------------------- */
 
-const size_t *kmp_scalar_bytes(kmp_arena *arena, const kmp_source *source, const kmp_yaml *node)
+const size_t *kmp_scalar_bytes(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node)
 {
     const char *text = node->text, *from = source->text;
     const size_t length = strlen(text), whole = strlen(from);
@@ -379,7 +379,7 @@ static void use_part(name_finder *f, const size_t *at, const dotted *d, int part
 
 static void use_dotted(name_finder *f, const size_t *at, const dotted *d, kmp_name_set of)
 {
-    kmp_names *n = f->names;
+    kmp_model_names *n = f->names;
     if (strcmp(d->part[0], "port") == 0 && d->part[1][0]) {
         use_part(f, at, d, 1, find_name(n, d->part[1], KMP_NAMES_IN(PORT), NULL));
         return;
@@ -418,7 +418,7 @@ size_t kmp_units_end(const char *text, size_t k)
     }
 }
 
-/* A word that stands by itself. */
+/* A word outside of calls of measures. */
 static void use_value(name_finder *f, const size_t *at, const dotted *d, kmp_name_set of)
 {
     const bool port = strcmp(d->part[0], "port") == 0 && d->part[1][0];
@@ -458,25 +458,26 @@ static void use_expression(name_finder *f, const char *text, const size_t *at, k
                 level--;
             }
             k++;
-            while (component && (text[k] == '.' || kmp_parse_word_length(text + k) > 0 || strspn(text + k, "0123456789")))
+            while (component &&
+                   (text[k] == '.' || kmp_parse_word_length(text + k) > 0 || strspn(text + k, "0123456789")))
                 k += text[k] == '.' ? 1 : kmp_parse_word_length(text + k) + strspn(text + k, "0123456789");
         }
     }
 }
 
 /* The kinds of names that a port of an included file may be bound to. */
-static kmp_name_set bound_by(const kmp_names *n, const char *port, int include)
+static kmp_name_set bound_by(const kmp_model_names *n, const char *port, int include)
 {
     static const struct {
         const char *word;
         kmp_name_set of;
     } kinds[] = {
-#define OF_coordinate         OF_COORDINATE
-#define OF_point              OF_POINT
-#define OF_body               OF_BODY
-#define OF_table              (IN(TABLE) | IN(PORT))
-#define OF_input              (KMP_NAMES_OF_VALUES | IN(PORT))
-#define OF_loop               OF_LOOP
+#define OF_coordinate            OF_COORDINATE
+#define OF_point                 OF_POINT
+#define OF_body                  OF_BODY
+#define OF_table                 (IN(TABLE) | IN(PORT))
+#define OF_input                 (KMP_NAMES_OF_VALUES | IN(PORT))
+#define OF_loop                  OF_LOOP
 #define KMP_PORT_KIND(word, ...) {#word, OF_##word},
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
@@ -491,7 +492,7 @@ static kmp_name_set bound_by(const kmp_names *n, const char *port, int include)
 
 static void use_scalar(name_finder *f, const kmp_yaml *node, kmp_name_set of, const char *kind)
 {
-    kmp_names *n = f->names;
+    kmp_model_names *n = f->names;
     const size_t *at = of ? kmp_scalar_bytes(&n->arena, n->source, node) : NULL;
     if (!at || !node->text[0])
         return;
@@ -533,8 +534,8 @@ static void visit(name_finder *f, const kmp_yaml *node, const kmp_schemas *schem
     }
     const char *kind = node->kind == KMP_YAML_MAP ? kmp_schema_key_kind(schemas) : "";
     for (int k = 0; k < node->count; k++) {
-        const kmp_schemas inner = node->kind == KMP_YAML_MAP ? kmp_schema_of_key(schemas, node->keys[k]->text)
-                                                             : kmp_schema_of_item(schemas);
+        const kmp_schemas inner =
+            node->kind == KMP_YAML_MAP ? kmp_schema_of_key(schemas, node->keys[k]->text) : kmp_schema_of_item(schemas);
         if (*kind)
             use_scalar(f, node->keys[k], kmp_names_of_value(kind), kind);
         if (strcmp(kind, "included_port_name") == 0)
@@ -552,7 +553,8 @@ static void visit_section(name_finder *f, const kmp_schemas *schemas, const kmp_
     if (strcmp(key->text, "ground") == 0)
         f->owner = "ground";
     for (int k = 0; (bodies || include) && k < section->count; k++) {
-        const kmp_schemas entry = include ? kmp_schema_of_item(&inner) : kmp_schema_of_key(&inner, section->keys[k]->text);
+        const kmp_schemas entry =
+            include ? kmp_schema_of_item(&inner) : kmp_schema_of_key(&inner, section->keys[k]->text);
         f->owner = bodies ? section->keys[k]->text : NULL;
         f->include = include ? k : -1;
         visit(f, section->items[k], &entry, 2);
@@ -570,7 +572,7 @@ static int by_place(const void *a, const void *b)
 }
 
 /* Orders the uses; an alias gives the same one again. */
-static void sort_uses(kmp_names *n)
+static void sort_uses(kmp_model_names *n)
 {
     int kept = 0;
     if (n->use_count > 0)
@@ -581,12 +583,12 @@ static void sort_uses(kmp_names *n)
     n->use_count = kept;
 }
 
-void kmp_names_find(kmp_names *names, const kmp_json_value *schema, const kmp_source *source, kmp_source_beside *beside,
-                    void *user)
+void kmp_names_find(kmp_model_names *names, const kmp_json_value *schema, const kmp_text_source *source,
+                    kmp_source_beside *beside, void *user)
 {
     name_finder f = {.names = names, .beside = beside, .user = user, .include = -1};
     const kmp_yaml *root = source->root;
-    *names = (kmp_names){.source = source};
+    *names = (kmp_model_names){.source = source};
     for (int k = 0; k < 256; k++)
         names->heads[k] = -1;
     if (!root || root->kind != KMP_YAML_MAP)
@@ -605,13 +607,13 @@ void kmp_names_find(kmp_names *names, const kmp_json_value *schema, const kmp_so
     sort_uses(names);
 }
 
-void kmp_names_free(kmp_names *names)
+void kmp_names_free(kmp_model_names *names)
 {
     kmp_arena_free(&names->arena);
-    *names = (kmp_names){0};
+    *names = (kmp_model_names){0};
 }
 
-const kmp_name_use *kmp_names_at(const kmp_names *names, size_t offset)
+const kmp_name_use *kmp_names_at(const kmp_model_names *names, size_t offset)
 {
     const kmp_name_use *found = NULL;
     for (int k = 0; k < names->use_count; k++)

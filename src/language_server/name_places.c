@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Definition, references and renaming. A name is told from others by the place of its declaration, so that a file and those
- * that include it agree. */
+/* Definition, references and renaming. A name is told from others by the place of its declaration, so that a file and
+ * the files that include it agree. */
 #include "base/memory.h"
 #include "language_server/session.h"
 #include "model/files/element_library.h"
@@ -8,12 +8,12 @@
 #include <dirent.h>
 #include <string.h>
 
-/* The declared name at a byte of a file whose document is the one of its text; NULL: there is none. `names` is filled in
- * any case. */
+/* The declared name at a byte of a file whose document is the one of its text; NULL: there is none. `names` is filled
+ * in any case. */
 static const kmp_declared *declared_at(kempe_language_server *s, const kmp_open_file *file, size_t offset,
-                                       kmp_names *names, const kmp_name_use **use)
+                                       kmp_model_names *names, const kmp_name_use **use)
 {
-    *names = (kmp_names){0};
+    *names = (kmp_model_names){0};
     *use = NULL;
     if (!file->is_good)
         return NULL;
@@ -28,7 +28,8 @@ static bool is_same(const kmp_declared *a, const kmp_declared *b)
            a->place.column == b->place.column;
 }
 
-static void put_location(kempe_language_server *s, kmp_json *json, const kmp_source *source, size_t begin, size_t end)
+static void put_location(kempe_language_server *s, kmp_json *json, const kmp_text_source *source, size_t begin,
+                         size_t end)
 {
     kmp_json_object(json, NULL);
     kmp_json_string(json, "uri", kmp_session_uri(s, source->path));
@@ -36,9 +37,9 @@ static void put_location(kempe_language_server *s, kmp_json *json, const kmp_sou
     kmp_json_end(json);
 }
 
-void kmp_answer_definition(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer)
+void kmp_answer_definition(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer)
 {
-    kmp_names names;
+    kmp_model_names names;
     const kmp_name_use *use;
     const kmp_declared *d = declared_at(s, file, offset, &names, &use);
     if (d && !kmp_is_element(d->source->path)) {
@@ -48,9 +49,9 @@ void kmp_answer_definition(kempe_language_server *s, kmp_open_file *file, size_t
     kmp_names_free(&names);
 }
 
-void kmp_answer_highlight(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer)
+void kmp_answer_highlight(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer)
 {
-    kmp_names names;
+    kmp_model_names names;
     const kmp_name_use *use;
     const kmp_declared *d = declared_at(s, file, offset, &names, &use);
     kmp_json_array(&answer->json, NULL);
@@ -70,10 +71,10 @@ enum { MOST_FILES = 500 };
 
 typedef struct file_list {
     int count;
-    const kmp_source *source[MOST_FILES];
+    const kmp_text_source *source[MOST_FILES];
 } file_list;
 
-static void add_source(file_list *list, const kmp_source *source)
+static void add_source(file_list *list, const kmp_text_source *source)
 {
     for (int k = 0; k < list->count; k++)
         if (strcmp(list->source[k]->path, source->path) == 0)
@@ -89,7 +90,7 @@ static void list_files(kempe_language_server *s, const char *path, file_list *li
     const char *folder = slash ? kmp_arena_printf(&s->work, "%.*s", (int)(slash + 1 - path), path) : NULL;
     for (int k = 0; k < s->file_count; k++)
         add_source(list, &s->files[k]->good);
-    const kmp_source *own = kmp_session_source(s, path);
+    const kmp_text_source *own = kmp_session_source(s, path);
     if (own)
         add_source(list, own);
     DIR *open = folder ? opendir(folder) : NULL;
@@ -98,7 +99,7 @@ static void list_files(kempe_language_server *s, const char *path, file_list *li
         const bool model = length > 5 && (strcmp(entry->d_name + length - 5, ".yaml") == 0 ||
                                           strcmp(entry->d_name + length - 4, ".yml") == 0);
         const char *one = model ? kmp_arena_printf(&s->work, "%s%s", folder, entry->d_name) : NULL;
-        const kmp_source *source = one ? kmp_session_source(s, one) : NULL;
+        const kmp_text_source *source = one ? kmp_session_source(s, one) : NULL;
         if (source)
             add_source(list, source);
     }
@@ -107,18 +108,18 @@ static void list_files(kempe_language_server *s, const char *path, file_list *li
 }
 
 /* True if two uses are of the same name there; the declaration itself, where it is asked for. */
-static bool counts(const kmp_names *names, const kmp_name_use *use, const kmp_declared *wanted, bool with_declaration)
+static bool counts(const kmp_model_names *names, const kmp_name_use *use, const kmp_declared *wanted,
+                   bool with_declaration)
 {
     const kmp_declared *d = &names->declared[use->declared];
     return is_same(d, wanted) &&
-           (with_declaration || d->include >= 0 ||
-            use->begin != kmp_offset_of_place(d->source->text, d->place));
+           (with_declaration || d->include >= 0 || use->begin != kmp_offset_of_place(d->source->text, d->place));
 }
 
 void kmp_answer_references(kempe_language_server *s, kmp_open_file *file, size_t offset, bool with_declaration,
-                           kmp_answer *answer)
+                           kmp_reply *answer)
 {
-    kmp_names names;
+    kmp_model_names names;
     const kmp_name_use *use;
     const kmp_declared *d = declared_at(s, file, offset, &names, &use);
     file_list list = {0};
@@ -126,7 +127,7 @@ void kmp_answer_references(kempe_language_server *s, kmp_open_file *file, size_t
     if (d)
         list_files(s, d->source->path, &list);
     for (int k = 0; k < list.count; k++) {
-        kmp_names there;
+        kmp_model_names there;
         kmp_names_find(&there, s->schema, list.source[k], kmp_session_beside, s);
         for (int i = 0; i < there.use_count; i++)
             if (counts(&there, &there.uses[i], d, with_declaration))
@@ -141,11 +142,12 @@ void kmp_answer_references(kempe_language_server *s, kmp_open_file *file, size_t
 
 /* The name that can be renamed at a byte; NULL after an error. */
 static const kmp_declared *renamed_at(kempe_language_server *s, const kmp_open_file *file, size_t offset,
-                                      kmp_names *names, const kmp_name_use **use, kmp_answer *answer)
+                                      kmp_model_names *names, const kmp_name_use **use, kmp_reply *answer)
 {
     const kmp_declared *d = declared_at(s, file, offset, names, use);
     if (!file->is_good)
-        kmp_answer_refuse(answer, KMP_RPC_FAILED, "the file has an error of YAML: names are renamed where it can be read");
+        kmp_answer_refuse(answer, KMP_RPC_FAILED,
+                          "the file has an error of YAML: names are renamed where it can be read");
     else if (!d)
         kmp_answer_refuse(answer, KMP_RPC_FAILED, "there is no name of the model here");
     else if (kmp_is_element(d->source->path))
@@ -156,9 +158,9 @@ static const kmp_declared *renamed_at(kempe_language_server *s, const kmp_open_f
     return NULL;
 }
 
-void kmp_answer_prepare_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer)
+void kmp_answer_prepare_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer)
 {
-    kmp_names names;
+    kmp_model_names names;
     const kmp_name_use *use;
     const kmp_declared *d = renamed_at(s, file, offset, &names, &use, answer);
     if (d) {
@@ -178,10 +180,10 @@ static bool is_name(const char *name)
 
 /* Appends the source with another name in place of `wanted`. With `json` the edits are written, too. The number of
  * them. */
-static int rename_in(kempe_language_server *s, const kmp_source *source, const kmp_declared *wanted, const char *name,
-                     kmp_text *changed, kmp_json *json)
+static int rename_uses(kempe_language_server *s, const kmp_text_source *source, const kmp_declared *wanted,
+                       const char *name, kmp_text *changed, kmp_json *json)
 {
-    kmp_names names;
+    kmp_model_names names;
     size_t at = 0;
     int count = 0;
     kmp_names_find(&names, s->schema, source, kmp_session_beside, s);
@@ -218,14 +220,14 @@ static bool is_listed(const char *path, int count, const char *const *paths)
     return false;
 }
 
-/* The message of the first file that can be read now and could not be with the changed texts, among those that change or
- * include others; the caller frees it. NULL: there is none. */
+/* The message of the first file that can be read now and could not be with the changed texts, among the files that
+ * change or include others; the caller frees it. NULL: there is none. */
 static char *find_objection(kempe_language_server *s, const file_list *list, int count, const char *const *paths,
                             char *const *texts)
 {
     char *found = NULL;
     for (int k = 0; k < list->count && !found; k++) {
-        const kmp_source *source = list->source[k];
+        const kmp_text_source *source = list->source[k];
         if (!is_listed(source->path, count, paths) && !kmp_yaml_get(source->root, "include"))
             continue;
         char *before = kmp_file_objection(s, source->path, 0, NULL, NULL);
@@ -235,8 +237,8 @@ static char *find_objection(kempe_language_server *s, const file_list *list, int
     return found;
 }
 
-/* Edits of all files; refused where one of them could not be read any more. */
-static void rename_all(kempe_language_server *s, const kmp_declared *d, const char *name, kmp_answer *answer)
+/* Edits of all files; refused if a file could not be read any more. */
+static void rename_all(kempe_language_server *s, const kmp_declared *d, const char *name, kmp_reply *answer)
 {
     file_list list = {0};
     const char *paths[MOST_FILES];
@@ -246,7 +248,7 @@ static void rename_all(kempe_language_server *s, const kmp_declared *d, const ch
     kmp_json_put(&answer->json, "{ changes {");
     for (int k = 0; k < list.count; k++) {
         kmp_text changed = {0};
-        const bool any = rename_in(s, list.source[k], d, name, &changed, &answer->json) > 0;
+        const bool any = rename_uses(s, list.source[k], d, name, &changed, &answer->json) > 0;
         const kmp_open_file *open = any ? kmp_file_of_path(s, list.source[k]->path) : NULL;
         if (open && !open->is_good)
             kmp_answer_refuse(answer, KMP_RPC_FAILED,
@@ -268,14 +270,14 @@ static void rename_all(kempe_language_server *s, const kmp_declared *d, const ch
 }
 
 void kmp_answer_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, const char *name,
-                       kmp_answer *answer)
+                       kmp_reply *answer)
 {
-    kmp_names names;
+    kmp_model_names names;
     const kmp_name_use *use;
     const kmp_declared *d = renamed_at(s, file, offset, &names, &use, answer);
     if (d && !is_name(name))
         kmp_answer_refuse(answer, KMP_RPC_FAILED,
-                          "'%s' is no name: a name consists of letters, digits and _ and does not begin with a digit",
+                          "'%s' is not a name: it consists of letters, digits and _ and does not begin with a digit",
                           name);
     else if (d)
         rename_all(s, d, name, answer);

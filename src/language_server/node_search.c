@@ -25,7 +25,9 @@ static bool keep(node_search *s, const kmp_yaml *node, const kmp_schemas *schema
                                 .schemas = *schemas,
                                 .map = map,
                                 .key = key,
-                                .owner = body ? s->keys[1] : strcmp(s->keys[0], "ground") == 0 ? "ground" : "",
+                                .owner = body                                ? s->keys[1]
+                                         : strcmp(s->keys[0], "ground") == 0 ? "ground"
+                                                                             : "",
                                 .include = strcmp(s->keys[0], "include") == 0 ? s->items[1] : -1,
                                 .in_list = in_list};
     return true;

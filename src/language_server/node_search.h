@@ -8,11 +8,11 @@
 typedef struct kmp_found_node {
     const kmp_yaml *node; /* NULL: none was found */
     bool is_key;
-    kmp_schemas schemas;  /* of the node; of a key, of its mapping */
-    const kmp_yaml *map;  /* that has the key, or the node as a value; NULL: none */
-    const char *key;      /* of the value; "" */
-    const char *owner;    /* the body that has it, "ground"; "" */
-    int include;          /* the included file that has it; -1 */
+    kmp_schemas schemas; /* of the node; of a key, of its mapping */
+    const kmp_yaml *map; /* that has the key, or the node as a value; NULL: none */
+    const char *key;     /* of the value; "" */
+    const char *owner;   /* the body that has it, "ground"; "" */
+    int include;         /* the included file that has it; -1 */
     bool in_list;
 } kmp_found_node;
 

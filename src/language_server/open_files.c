@@ -94,7 +94,7 @@ static void keep_document(kempe_language_server *s, kmp_open_file *file)
     }
     kmp_arena_free(&file->arena);
     file->arena = arena;
-    file->good = (kmp_source){file->path, text, root};
+    file->good = (kmp_text_source){file->path, text, root};
 }
 
 bool kmp_file_take(kempe_language_server *s, kmp_open_file *file, char *text, long version)
@@ -164,15 +164,16 @@ static bool has_version(const char *line)
 
 bool kmp_file_is_model(const kmp_open_file *file)
 {
-    for (const char *line = file->text; line; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL)
-        if (has_version(line))
-            return true;
-    return !strchr(file->text, ':');
+    const char *line = file->text;
+    bool found = has_version(line);
+    while (!found && (line = strchr(line, '\n')) != NULL)
+        found = has_version(++line);
+    return found || !strchr(file->text, ':');
 }
 
 /* -- other files -------------------------------------------------------------------------------------- */
 
-const kmp_source *kmp_session_source(kempe_language_server *s, const char *path)
+const kmp_text_source *kmp_session_source(kempe_language_server *s, const char *path)
 {
     const kmp_open_file *open = kmp_file_of_path(s, path);
     if (open && open->good.root)
@@ -187,19 +188,19 @@ const kmp_source *kmp_session_source(kempe_language_server *s, const char *path)
     kmp_context_clear(s->quiet);
     if (status != KEMPE_OK)
         return NULL;
-    kmp_source *source = KMP_ARENA_NEW(&s->work, kmp_source, 1);
-    const kmp_source **closed = kmp_arena_room(&s->work, s->closed, s->closed_count, sizeof *closed);
+    kmp_text_source *source = KMP_ARENA_NEW(&s->work, kmp_text_source, 1);
+    const kmp_text_source **closed = kmp_arena_room(&s->work, s->closed, s->closed_count, sizeof *closed);
     const char *own = kmp_arena_strdup(&s->work, text), *own_path = kmp_arena_strdup(&s->work, path);
     kmp_free(text);
     if (!source || !closed || !own || !own_path)
         return NULL;
-    *source = (kmp_source){own_path, own, kmp_session_parse(s, &s->work, own)};
+    *source = (kmp_text_source){own_path, own, kmp_session_parse(s, &s->work, own)};
     s->closed = closed;
     closed[s->closed_count++] = source;
     return source;
 }
 
-const kmp_source *kmp_session_beside(void *session, const kmp_source *from, const char *name)
+const kmp_text_source *kmp_session_beside(void *session, const kmp_text_source *from, const char *name)
 {
     kempe_language_server *s = session;
     const char *slash = strrchr(from->path, '/');
@@ -302,14 +303,14 @@ static void put_diagnostic(kempe_language_server *s, kmp_json *json, const kmp_o
                            int severity)
 {
     const told_place told = split_line(line);
-    const bool own = told.file_length == 0 || (strlen(file->path) == told.file_length &&
-                                               strncmp(file->path, told.file, told.file_length) == 0);
+    const bool own = told.file_length == 0 ||
+                     (strlen(file->path) == told.file_length && strncmp(file->path, told.file, told.file_length) == 0);
     const size_t begin = kmp_offset_of_place(file->text, own ? told.place : include_of(file, &told));
     kmp_json_object(json, NULL);
     kmp_put_range(s, json, "range", file->text, begin, word_end(file->text, begin));
     kmp_json_put(json, "severity %d source %s message %s", severity, "kempe", own ? told.sentence : line);
     const char *path = own ? NULL : kmp_arena_printf(&s->work, "%.*s", (int)told.file_length, told.file);
-    const kmp_source *source = path ? kmp_session_source(s, path) : NULL;
+    const kmp_text_source *source = path ? kmp_session_source(s, path) : NULL;
     if (source && !kmp_is_element(path)) {
         const size_t there = kmp_offset_of_place(source->text, told.place);
         kmp_json_array(json, "relatedInformation");

@@ -9,7 +9,7 @@ enum { MOST_HEADER = 4096, MOST_MESSAGE = 64 << 20 };
 
 /* -- answers ------------------------------------------------------------------------------------------ */
 
-void kmp_answer_refuse(kmp_answer *answer, int code, const char *format, ...)
+void kmp_answer_refuse(kmp_reply *answer, int code, const char *format, ...)
 {
     answer->code = code;
     kmp_text_free(&answer->sentence);
@@ -35,7 +35,7 @@ static void put_id(kmp_text *text, const kmp_json_value *id)
         kmp_text_put(text, id && id->kind == KMP_JSON_NUMBER ? id->text : "null");
 }
 
-static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_text *result, kmp_answer *answer)
+static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_text *result, kmp_reply *answer)
 {
     kmp_text body = {0};
     kmp_text_put(&body, "{\"jsonrpc\":\"2.0\",\"id\":");
@@ -56,7 +56,7 @@ static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_
 
 /* -- the begin and the end ---------------------------------------------------------------------------- */
 
-static void initialize(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)
+static void initialize(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)
 {
     const kmp_json_value *general = kmp_json_member(kmp_json_member(parameters, "capabilities"), "general"),
                          *offered = kmp_json_member(general, "positionEncodings");
@@ -72,7 +72,7 @@ static void initialize(kempe_language_server *s, const kmp_json_value *parameter
                  s->wide ? "utf-16" : "utf-8", 1, 2, ".", "(", ":", 1, 1, 1, 1, 1, 1, 1, "kempe", kempe_version());
 }
 
-static void shut_down(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)
+static void shut_down(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)
 {
     (void)parameters, (void)answer;
     s->shut = true;
@@ -81,7 +81,7 @@ static void shut_down(kempe_language_server *s, const kmp_json_value *parameters
 /* -- requests about files ----------------------------------------------------------------------------- */
 
 /* The open file of a request; NULL after an error. */
-static kmp_open_file *file_of(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)
+static kmp_open_file *file_of(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)
 {
     const char *uri = kmp_json_word(kmp_json_member(parameters, "textDocument"), "uri");
     kmp_open_file *file = kmp_file_of_uri(s, uri);
@@ -93,14 +93,15 @@ static kmp_open_file *file_of(kempe_language_server *s, const kmp_json_value *pa
 }
 
 /* The file and the byte of a request with a position; NULL after an error. */
-static kmp_open_file *place_of(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer,
+static kmp_open_file *place_of(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer,
                                size_t *offset)
 {
     const kmp_json_value *position = kmp_json_member(parameters, "position");
     kmp_open_file *file = file_of(s, parameters, answer);
     const kmp_position at = {kmp_json_count(position, "line"), kmp_json_count(position, "character")};
     if (file && (at.line < 0 || at.unit < 0)) {
-        kmp_answer_refuse(answer, KMP_RPC_PARAMETERS, "the position has no line and character, whole numbers from 0 on");
+        kmp_answer_refuse(answer, KMP_RPC_PARAMETERS,
+                          "the position has no line and character, whole numbers from 0 on");
         return NULL;
     }
     *offset = file ? kmp_offset_of(file->text, at, s->wide) : 0;
@@ -108,7 +109,7 @@ static kmp_open_file *place_of(kempe_language_server *s, const kmp_json_value *p
 }
 
 #define AT_POSITION(name)                                                                                              \
-    static void name(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)                   \
+    static void name(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)                    \
     {                                                                                                                  \
         size_t offset;                                                                                                 \
         kmp_open_file *file = place_of(s, parameters, answer, &offset);                                                \
@@ -121,7 +122,7 @@ AT_POSITION(definition)
 AT_POSITION(highlight)
 AT_POSITION(prepare_rename)
 
-static void references(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)
+static void references(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)
 {
     size_t offset;
     kmp_open_file *file = place_of(s, parameters, answer, &offset);
@@ -130,7 +131,7 @@ static void references(kempe_language_server *s, const kmp_json_value *parameter
         kmp_answer_references(s, file, offset, !with || strcmp(with->text, "false") != 0, answer);
 }
 
-static void rename_name(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)
+static void rename_name(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)
 {
     size_t offset;
     kmp_open_file *file = place_of(s, parameters, answer, &offset);
@@ -142,7 +143,7 @@ static void rename_name(kempe_language_server *s, const kmp_json_value *paramete
 }
 
 #define OF_FILE(name)                                                                                                  \
-    static void name(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer)                   \
+    static void name(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer)                    \
     {                                                                                                                  \
         kmp_open_file *file = file_of(s, parameters, answer);                                                          \
         if (file && kmp_file_is_model(file))                                                                           \
@@ -153,7 +154,7 @@ OF_FILE(formatting)
 
 static const struct {
     const char *method;
-    void (*answer)(kempe_language_server *s, const kmp_json_value *parameters, kmp_answer *answer);
+    void (*answer)(kempe_language_server *s, const kmp_json_value *parameters, kmp_reply *answer);
 } requests[] = {
     {"initialize", initialize},
     {"shutdown", shut_down},
@@ -172,7 +173,7 @@ static void answer_request(kempe_language_server *s, const char *method, const k
                            const kmp_json_value *parameters)
 {
     kmp_text result = {0};
-    kmp_answer answer = {.json = kmp_json_begin_as(&result, KMP_JSON_COMPACT)};
+    kmp_reply answer = {.json = kmp_json_begin_as(&result, KMP_JSON_COMPACT)};
     size_t k = 0;
     while (k < sizeof requests / sizeof *requests && strcmp(requests[k].method, method) != 0)
         k++;
@@ -254,7 +255,7 @@ static void take_notification(kempe_language_server *s, const char *method, cons
 static void refuse_message(kempe_language_server *s, const kmp_json_value *id, int code, const char *sentence)
 {
     kmp_text result = {0};
-    kmp_answer answer = {0};
+    kmp_reply answer = {0};
     kmp_answer_refuse(&answer, code, "%s", sentence);
     send_answer(s, id, &result, &answer);
 }
@@ -265,13 +266,14 @@ static void take_message(kempe_language_server *s, const char *body, size_t leng
     const char *method = kmp_json_word(message, "method");
     const bool answers = !method && (kmp_json_member(message, "result") || kmp_json_member(message, "error"));
     if (!message)
-        refuse_message(s, NULL, KMP_RPC_NO_JSON, "the message is no JSON");
+        refuse_message(s, NULL, KMP_RPC_NO_JSON, "the message is not in JSON");
     else if (!method && !answers)
-        refuse_message(s, id, KMP_RPC_NO_REQUEST, "the message is no request of JSON-RPC: it has no method");
+        refuse_message(s, id, KMP_RPC_NO_REQUEST, "the message is not a request of JSON-RPC: it has no method");
     else if (method && id)
         answer_request(s, method, id, kmp_json_member(message, "params"));
     else if (method)
         take_notification(s, method, kmp_json_member(message, "params"));
+    s->output.failed = s->output.failed || s->work.failed;
     kmp_arena_free(&s->work);
     s->closed = NULL;
     s->closed_count = 0;
@@ -308,6 +310,7 @@ static void diagnose_stale(kempe_language_server *s)
     for (int k = 0; k < s->file_count && s->ended < 0; k++)
         if (s->files[k]->stale)
             kmp_file_diagnose(s, s->files[k]);
+    s->output.failed = s->output.failed || s->work.failed;
     kmp_arena_free(&s->work);
     s->closed = NULL;
     s->closed_count = 0;
@@ -322,7 +325,8 @@ kempe_status kempe_language_server_take(kempe_language_server *server, const cha
     size_t done = 0, body;
     long headers = 0;
     kmp_text_append(&s->input, bytes, count);
-    while (s->ended < 0 && s->input.length > done && (headers = read_headers(s->input.s + done, s->input.length - done, &body)) > 0 &&
+    while (s->ended < 0 && s->input.length > done &&
+           (headers = read_headers(s->input.s + done, s->input.length - done, &body)) > 0 &&
            s->input.length - done - (size_t)headers >= body) {
         take_message(s, s->input.s + done + headers, body);
         done += (size_t)headers + body;
@@ -359,14 +363,12 @@ kempe_status kempe_language_server_new(kempe_context *context, kempe_language_se
         s->quiet = kempe_context_new();
         s->schema = kmp_schema_read(&s->lasting);
     }
-    return KMP_GIVE_OR_FREE(kmp_made(context, s && s->quiet && s->schema), server, s, kempe_language_server_free);
+    const kempe_status status = kmp_made(context, s && s->quiet && s->schema);
+    return KMP_GIVE_OR_FREE(status, server, s, kempe_language_server_free);
 }
 
-int kempe_language_server_ended(const kempe_language_server *server)
-{
-    KMP_GIVEN(server, 1);
-    return server->ended;
-}
+KMP_GETTER(int kempe_language_server_is_running(const kempe_language_server *server), server, server->ended < 0, 0)
+KMP_GETTER(int kempe_language_server_is_finished(const kempe_language_server *server), server, server->ended == 0, 0)
 
 void kempe_language_server_free(kempe_language_server *server)
 {

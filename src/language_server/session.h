@@ -15,8 +15,8 @@ typedef struct kmp_open_file {
     bool stale; /* its diagnostics are to be sent */
     /* The document as it was when YAML could be read last. */
     kmp_arena arena;
-    kmp_source good; /* no document: root is NULL */
-    bool is_good;    /* it is the one of the present text */
+    kmp_text_source good; /* no document: root is NULL */
+    bool is_good;         /* it is the one of the present text */
     /* The model as it was when it could be read last. */
     kempe_context *context;
     kempe_model *model;
@@ -30,8 +30,8 @@ struct kempe_language_server {
     kmp_text input, output;
     kmp_open_file **files;
     int file_count;
-    kmp_arena work; /* of a message */
-    const kmp_source **closed; /* other files that it needed */
+    kmp_arena work;                 /* of a message */
+    const kmp_text_source **closed; /* other files that it needed */
     int closed_count;
     bool wide; /* positions count UTF-16 */
     bool begun, shut;
@@ -39,11 +39,11 @@ struct kempe_language_server {
 };
 
 /** An answer: a result, or an error with its code of JSON-RPC. */
-typedef struct kmp_answer {
+typedef struct kmp_reply {
     kmp_json json; /* of the result */
     int code;      /* 0: no error */
     kmp_text sentence;
-} kmp_answer;
+} kmp_reply;
 
 enum {
     KMP_RPC_NO_JSON = -32700,
@@ -55,7 +55,7 @@ enum {
 };
 
 /** Ends an answer with an error. */
-void kmp_answer_refuse(kmp_answer *answer, int code, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void kmp_answer_refuse(kmp_reply *answer, int code, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /** An open file, by the URI of the client or by its path; NULL: it is not open. */
 kmp_open_file *kmp_file_of_uri(kempe_language_server *s, const char *uri);
@@ -72,14 +72,14 @@ bool kmp_file_is_model(const kmp_open_file *file);
 /** Sends the diagnostics of a file. */
 void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file);
 
-/** The message of reading a file with other texts of files; NULL: it can be read, or there is no memory. The caller frees
- * it by kmp_free. */
+/** The message of reading a file with other texts of files; NULL: it can be read, or there is no memory. The caller
+ * frees it by kmp_free. */
 char *kmp_file_objection(kempe_language_server *s, const char *path, int count, const char *const *paths,
                          char *const *texts);
 
 /** A source in the folder of another one, or of the library (kmp_source_beside); the document of a file by its path. */
-const kmp_source *kmp_session_beside(void *session, const kmp_source *from, const char *name);
-const kmp_source *kmp_session_source(kempe_language_server *s, const char *path);
+const kmp_text_source *kmp_session_beside(void *session, const kmp_text_source *from, const char *name);
+const kmp_text_source *kmp_session_source(kempe_language_server *s, const char *path);
 char *kmp_session_uri(kempe_language_server *s, const char *path); /* in the work arena */
 
 /** The document of a text, in an arena; NULL: YAML has an error. */
@@ -90,14 +90,14 @@ void kmp_put_range(const kempe_language_server *s, kmp_json *json, const char *k
                    size_t end);
 
 /* Requests. `offset`: the byte of the position in the present text of the file. */
-void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer);
-void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer);
-void kmp_answer_definition(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer);
+void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer);
+void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer);
+void kmp_answer_definition(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer);
 void kmp_answer_references(kempe_language_server *s, kmp_open_file *file, size_t offset, bool with_declaration,
-                           kmp_answer *answer);
-void kmp_answer_highlight(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer);
-void kmp_answer_prepare_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_answer *answer);
+                           kmp_reply *answer);
+void kmp_answer_highlight(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer);
+void kmp_answer_prepare_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, kmp_reply *answer);
 void kmp_answer_rename(kempe_language_server *s, kmp_open_file *file, size_t offset, const char *name,
-                       kmp_answer *answer);
-void kmp_answer_symbols(kempe_language_server *s, kmp_open_file *file, kmp_answer *answer);
-void kmp_answer_formatting(kempe_language_server *s, kmp_open_file *file, kmp_answer *answer);
+                       kmp_reply *answer);
+void kmp_answer_symbols(kempe_language_server *s, kmp_open_file *file, kmp_reply *answer);
+void kmp_answer_formatting(kempe_language_server *s, kmp_open_file *file, kmp_reply *answer);

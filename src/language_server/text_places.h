@@ -11,7 +11,7 @@ typedef struct kmp_position {
     long line, unit;
 } kmp_position;
 
-/** The byte of a position, the nearest one where the text has no such position. `wide`: units are those of UTF-16;
+/** The byte of a position, the nearest one where the text has no such position. `wide`: units of UTF-16;
  * otherwise bytes of UTF-8. */
 size_t kmp_offset_of(const char *text, kmp_position position, bool wide);
 kmp_position kmp_position_of(const char *text, size_t offset, bool wide);
