@@ -8,6 +8,7 @@
 #include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include "report/motion_picture.h"
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +30,7 @@ static const char variable[] = "KEMPE_JAVASCRIPT", usual[] = "/usr/share/javascr
 /* Takes the first file that can be read; errors of the others are discarded. */
 static kempe_status read_library(kempe_context *context, const struct library *l, char **text)
 {
-    const char *own = getenv(variable), *folder = own && *own ? own : usual;
+    const char *own = kmp_environment(variable), *folder = own && *own ? own : usual;
     size_t length;
     for (int k = 0; k < 2; k++) {
         kmp_text path = {0};
