@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# For Windows on x86-64 by the cross-compiler of mingw-w64 with POSIX threads. KEMPE_WINDOWS: the folder in which packaging/windows/build
+# For Windows on x86-64 by the cross-compiler of mingw-w64 with POSIX threads. KEMPE_WINDOWS: the folder in which packaging/build_windows
 # has installed the libraries.
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES KEMPE_WINDOWS)
 set(CMAKE_SYSTEM_NAME Windows)
@@ -13,7 +13,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
-set(CMAKE_CROSSCOMPILING_EMULATOR wine64)
+set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 # The compiler aligns vectors of 32 bytes on a stack of which Windows promises 16 (GCC bug 54412): the assembler writes moves that need
 # no alignment. printf is that of C99. Libraries are static.
 set(CMAKE_C_FLAGS_INIT "-Wa,-muse-unaligned-vector-move -D__USE_MINGW_ANSI_STDIO=1 -Wno-float-conversion -DYAML_DECLARE_STATIC -DXML_STATIC")
