@@ -2,8 +2,8 @@
 /* The cost of an implicit block: the place where a wheel comes nearest to its rail, 4 arguments, two splines, the best
  * of 16 candidates; and a block of two unknowns. Processor time of one solution, by back end, median of several. */
 #include "backend/machine.h"
-#include "base/clock.h"
 #include "bench.h"
+#include "platform/platform.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include "symbolic/graph.h"

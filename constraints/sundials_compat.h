@@ -5,12 +5,13 @@
 #pragma once
 
 #include <nvector/nvector_serial.h>
+#include <stdint.h>
 #include <sundials/sundials_config.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_types.h>
 
 _Static_assert(sizeof(sunrealtype) == sizeof(double), "SUNDIALS must be built with double precision");
-_Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built with indices of the size of long");
+_Static_assert(sizeof(sunindextype) == sizeof(int64_t), "SUNDIALS must be built with indices of 64 bits");
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 

@@ -2,7 +2,7 @@
 /* A guard installs a handler of SIGINT that calls the handler before it, Python's, and then interrupts the context. So
  * a long computation ends at its next step, and KeyboardInterrupt is raised as soon as the interpreter continues. The
  * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
- * No Python code runs between installing and restoring except of callbacks. Without sigaction, guards do nothing. */
+ * No Python code runs between installing and restoring except of callbacks. On Windows, guards do nothing. */
 #include "helpers.h"
 #include "base/context.h"
 #include "base/json.h"
@@ -12,35 +12,15 @@
 #include "model/data/start.h"
 #include "model/files/yaml.h"
 #include "model/write/model_print.h"
+#include "platform/platform.h"
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
-#ifdef _WIN32
-
-void python_guard_begin(python_guard *guard, kempe_context *context)
-{
-    *guard = (python_guard){context, NULL};
-}
-
-kempe_status python_guard_end(python_guard *guard, kempe_status status)
-{
-    (void)guard;
-    return status;
-}
-
-#else
-#include <signal.h>
-
 static kempe_context *volatile guarded;
-static struct sigaction before;
 
-static void on_interrupt(int number, siginfo_t *info, void *state)
+static void interrupt(void)
 {
-    if (before.sa_flags & SA_SIGINFO)
-        before.sa_sigaction(number, info, state);
-    else if (before.sa_handler != SIG_DFL && before.sa_handler != SIG_IGN)
-        before.sa_handler(number);
     kempe_context_interrupt(guarded);
 }
 
@@ -50,15 +30,8 @@ void python_guard_begin(python_guard *guard, kempe_context *context)
     if (!context)
         return;
     guarded = context;
-    if (guard->outer)
-        return;
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    action.sa_sigaction = on_interrupt;
-    action.sa_flags = SA_SIGINFO;
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, NULL, &before);
-    sigaction(SIGINT, &action, NULL);
+    if (!guard->outer)
+        kmp_interrupt_guard(interrupt);
 }
 
 kempe_status python_guard_end(python_guard *guard, kempe_status status)
@@ -67,12 +40,10 @@ kempe_status python_guard_end(python_guard *guard, kempe_status status)
         return status;
     guarded = guard->outer;
     if (!guard->outer)
-        sigaction(SIGINT, &before, NULL);
+        kmp_interrupt_guard_end();
     kempe_context_clear_interrupt(guard->context);
     return status;
 }
-
-#endif
 
 void python_log(void *user, kempe_level level, const char *line); /* Python's */
 static atomic_int notes_wanted;

@@ -7,7 +7,7 @@
     python3 tests/homes.py --self-test   proves that planted mistakes are found
 
 Shared are functions and tables kmp_... and kempe_... that a header of the library declares and a .c file defines. X.c and X.h of one
-folder are a home. Those declared in a header of INTERFACES are counted apart: these headers are handed out, and are ordered for their
+folder are a home, and so are X_posix.c and X_windows.c. Those declared in a header of INTERFACES are counted apart: these headers are handed out, and are ordered for their
 readers. At most MOST percent of the others are declared elsewhere in the folder of their file. None is declared in another folder, but
 for those of ACROSS. A function of a wing (tests/includes.py) is called by that wing and those that may see it alone, also where a public
 header declares it: a build may be without the wing.
@@ -124,7 +124,7 @@ def names_of(text, known):
 
 
 def home(path):
-    return path.rpartition(".")[0]
+    return re.sub("_(posix|windows)$", "", path.rpartition(".")[0])
 
 
 def folder(path):

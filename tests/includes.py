@@ -66,6 +66,10 @@ for wing, others in WINGS.items():
     seen = [f"analyses/{name}" for name in ANALYSES] if "analyses" in others else []
     LAYERS[wing] = " ".join([WHOLE_CORE, others, *seen])
 LAYERS["exchange"] += " fmi"
+LAYERS["platform"] = ""
+for name, seen in LAYERS.items():
+    if name == "cli" or "base" in seen.split() or name == "base":
+        LAYERS[name] = f"{seen} platform".strip()
 FOLDERS = [  # first match wins
     ("third_party/fmi/", "fmi"),
     ("src/pipeline.", "pipeline"),

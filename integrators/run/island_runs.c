@@ -10,6 +10,7 @@
 #include "integrators/formulations/run_log.h"
 #include "model/data/islands.h"
 #include "model/data/model.h"
+#include "platform/platform.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

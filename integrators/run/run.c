@@ -2,7 +2,6 @@
 /* One run, step by step: assembles, prepares, advances, delivers rows. */
 #include "integrators/run/run.h"
 #include "base/arena.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -25,6 +24,7 @@
 #include "integrators/run/sampler.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
+#include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <limits.h>
 #include <math.h>

@@ -13,7 +13,7 @@ typedef struct full {
 
 static void *create(SUNMatrix a, kmp_arena *arena)
 {
-    long n = SUNSparseMatrix_Columns(a);
+    int64_t n = SUNSparseMatrix_Columns(a);
     full *d = KMP_ARENA_NEW(arena, full, 1);
     if (!d)
         return NULL;
@@ -44,9 +44,9 @@ static int solve(void *self, SUNMatrix a, double *x, const double *b)
     return 0;
 }
 
-static long fill(void *self)
+static int64_t fill(void *self)
 {
-    long n = ((full *)self)->n;
+    int64_t n = ((full *)self)->n;
     return n * n;
 }
 

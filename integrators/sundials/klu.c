@@ -43,7 +43,7 @@ static void release(void *self)
     kmp_sparse_free(((klu *)self)->sparse);
 }
 
-static long fill(void *self)
+static int64_t fill(void *self)
 {
     return kmp_sparse_fill(((klu *)self)->sparse);
 }

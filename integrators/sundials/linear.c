@@ -94,7 +94,7 @@ static int release(SUNLinearSolver s)
     return 0;
 }
 
-long kmp_linear_fill(SUNLinearSolver s)
+int64_t kmp_linear_fill(SUNLinearSolver s)
 {
     content *c = s->content;
     return c->kind->fill(c->self);

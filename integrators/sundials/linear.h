@@ -15,7 +15,7 @@
 SUNLinearSolver kmp_linear_new(const char *name, SUNMatrix a, SUNContext context);
 
 /** Entries of the factors L and U of a solver made by kmp_linear_new, once it has factored. */
-long kmp_linear_fill(SUNLinearSolver solver);
+int64_t kmp_linear_fill(SUNLinearSolver solver);
 
 /** One kind of solver. Functions return 0 or a code of sundials_compat.h. */
 typedef struct kmp_linear_kind {
@@ -28,7 +28,7 @@ typedef struct kmp_linear_kind {
     int (*factor)(void *self, SUNMatrix a);
     int (*solve)(void *self, SUNMatrix a, double *x, const double *b); /* x may be b */
     void (*release)(void *self);                                       /* data that are not in the arena; NULL: none */
-    long (*fill)(void *self);                                          /* entries of L and U, once factored */
+    int64_t (*fill)(void *self);                                       /* entries of L and U, once factored */
 } kmp_linear_kind;
 
 #define KMP_LINEAR(name) extern const kmp_linear_kind kmp_linear_##name;

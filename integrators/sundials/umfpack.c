@@ -3,8 +3,8 @@
  * without iterative refinement in a separate workspace. Its libraries are loaded at its first use: they would
  * be a third of the time that every process takes to begin. */
 #include "integrators/sundials/linear.h"
+#include "platform/platform.h"
 
-#include <dlfcn.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -26,15 +26,14 @@ static struct library {
 
 static void load(void)
 {
-    void *handle = dlopen(KEMPE_UMFPACK_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    void *handle = kmp_library_open(KEMPE_UMFPACK_LIBRARY);
     bool found = handle;
 #define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? dlsym(handle, "umfpack_dl_" #name) : NULL;                                       \
+    *(void **)&library.name = found ? kmp_library_find(handle, "umfpack_dl_" #name) : NULL;                            \
     found = library.name;
     FUNCTIONS(ONE)
 #undef ONE
-    const char *why = found ? "" : dlerror();
-    (void)snprintf(library.missing, sizeof library.missing, "%s", why ? why : "unknown error of the loader");
+    (void)snprintf(library.missing, sizeof library.missing, "%s", found ? "" : kmp_library_reason());
 }
 
 static const char *missing(void)
@@ -114,7 +113,7 @@ static void release(void *self)
     library.free_symbolic(&u->symbolic);
 }
 
-static long fill(void *self)
+static int64_t fill(void *self)
 {
     SuiteSparse_long lower = 0, upper = 0, rows, columns, diagonal;
     (void)library.get_lunz(&lower, &upper, &rows, &columns, &diagonal, ((umfpack *)self)->numeric);

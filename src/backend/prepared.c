@@ -4,6 +4,7 @@
 #include "backend/prepared.h"
 #include "backend/x86/packs.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <string.h>
 
 #define NO_ROUTINE UINT32_MAX

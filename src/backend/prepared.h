@@ -6,10 +6,11 @@
 #include "backend/layout.h"
 #include "backend/x86/registers.h"
 #include "base/cache/bytes.h"
+#include "base/clones.h"
 #include "symbolic/program_forms.h"
 
 /** A segment's arithmetic on all slots, of which each has as many doubles as the form. */
-typedef void kmp_routine(double *v);
+typedef void KMP_MACHINE_CODE kmp_routine(double *v);
 
 typedef struct kmp_code {
     kmp_arena list; /* of the next two */

@@ -5,10 +5,10 @@
  * instruction; the C library's has the same bits. */
 #pragma once
 
+#include "platform/platform.h"
 #include <stdbool.h>
-#include <stdint.h> /* defines __GLIBC__ */
 
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
+#if defined(__x86_64__) && KMP_LOADER_CHOOSES && defined(__GNUC__) && !defined(__clang__) &&                           \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #ifdef KMP_NO_AVX512
 #define KMP_CLONES __attribute__((target_clones("avx2", "default")))
@@ -17,6 +17,13 @@
 #endif
 #else
 #define KMP_CLONES
+#endif
+
+/* How machine code of Kempe takes its arguments, whatever the system's own functions do. */
+#if defined(__x86_64__) && defined(__GNUC__)
+#define KMP_MACHINE_CODE __attribute__((sysv_abi))
+#else
+#define KMP_MACHINE_CODE
 #endif
 
 /* In recursions: variables of rare cases are not on the stack of each level. */

@@ -2,8 +2,8 @@
 /* The context hides how messages are kept and how an interrupt is signalled. An interrupt ends the computation that
  * sees it, all parts of it; the next computation begins without it. */
 #include "base/context.h"
-#include "base/clock.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <kempe/cache.h>
 #include <kempe/settings.h>
 #include <limits.h>
@@ -11,7 +11,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* A count that is reported. It starts again where it falls, or where the total or unit is another one. */
 typedef struct count {
@@ -42,8 +41,7 @@ struct kempe_context {
     count counts[KMP_PROGRESS_KINDS];
     char *cache; /* folder of cached results; NULL: none */
     struct source {
-        dev_t device;
-        ino_t file;
+        uint64_t device, file;
     } * sources; /* files that models and meshes were read from */
     int source_count;
     struct given {
@@ -120,31 +118,31 @@ void kempe_context_free(kempe_context *context)
     kmp_free(context);
 }
 
-static bool has_source(const kempe_context *context, const struct stat *file)
+static bool has_source(const kempe_context *context, const kmp_path_state *file)
 {
     for (int k = 0; k < context->source_count; k++)
-        if (context->sources[k].device == file->st_dev && context->sources[k].file == file->st_ino)
+        if (context->sources[k].device == file->device && context->sources[k].file == file->number)
             return true;
     return false;
 }
 
 kempe_status kmp_context_note_source(kempe_context *context, const char *path)
 {
-    struct stat file;
-    if (stat(path, &file) != 0 || !S_ISREG(file.st_mode) || has_source(context, &file))
+    kmp_path_state file;
+    if (!kmp_path_look(path, &file) || file.kind != KMP_PATH_FILE || has_source(context, &file))
         return KEMPE_OK;
     struct source *sources = kmp_realloc(context->sources, (size_t)context->source_count + 1, sizeof *sources);
     if (!sources)
         return kmp_fail_memory(context);
-    sources[context->source_count++] = (struct source){file.st_dev, file.st_ino};
+    sources[context->source_count++] = (struct source){file.device, file.number};
     context->sources = sources;
     return KEMPE_OK;
 }
 
 int kempe_context_is_source(const kempe_context *context, const char *path)
 {
-    struct stat file;
-    return context && path && stat(path, &file) == 0 && has_source(context, &file);
+    kmp_path_state file;
+    return context && path && kmp_path_look(path, &file) && has_source(context, &file);
 }
 
 /* The text of a name, -1: there is none. */
@@ -214,36 +212,14 @@ const char *kmp_context_cache(const kempe_context *context)
     return context->cache;
 }
 
-/* The beginning of `path` is the variable's value; false: it is unset or empty, or there is no memory. */
-static bool begins_with(kmp_text *path, const char *variable)
-{
-    const char *value = getenv(variable);
-    if (!value || !*value)
-        return false;
-    kmp_text_put(path, value);
-    return !path->failed;
-}
-
 char *kempe_cache_folder(void)
 {
-    kmp_text path = {0};
-    if (begins_with(&path, "KEMPE_CACHE")) {
-        if (strcmp(path.s, "off") != 0)
-            return kmp_text_take(&path);
-        kmp_text_free(&path);
-        return NULL;
-    }
-    if (begins_with(&path, "XDG_CACHE_HOME") && path.s[0] == '/') {
-        kmp_text_put(&path, "/kempe");
-    } else {
-        kmp_text_free(&path); /* a relative path does not count */
-        if (begins_with(&path, "HOME"))
-            kmp_text_put(&path, "/.cache/kempe");
-    }
-    if (path.length > 0 && !path.failed)
-        return kmp_text_take(&path);
-    kmp_text_free(&path);
-    return NULL;
+    const char *given = kmp_environment("KEMPE_CACHE");
+    if (given && *given)
+        return strcmp(given, "off") == 0 ? NULL : kmp_strdup(given);
+    char folder[KMP_PATH_MOST];
+    kmp_path_cache(folder);
+    return *folder ? kmp_strdup(folder) : NULL;
 }
 
 void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user)

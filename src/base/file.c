@@ -4,14 +4,11 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/temporary_file.h"
+#include "platform/platform.h"
 #include <errno.h>
-#include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 /* The most MiB of a file, whether it may be a pipe that a user names, its words in sentences. The bounds are beyond
  * what the readers take: a million bodies are 300 MiB of YAML, two million triangles 500 MiB of STL, 200000 points 20
@@ -76,7 +73,7 @@ static kempe_status read_stream(kempe_context *context, kmp_file_kind kind, FILE
 kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text, size_t *length)
 {
     enum { LEAST = 4096 };
-    struct stat about = {0};
+    kmp_path_state about = {0};
     const char *given = kmp_context_text(context, path);
     if (given) {
         *text = kmp_strdup(given);
@@ -84,20 +81,20 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
         return kmp_made(context, *text);
     }
     /* a pipe waits for its writer, as in every program; nothing else is waited for */
-    bool pipes = kinds[kind].pipes && stat(path, &about) == 0 && S_ISFIFO(about.st_mode);
-    int fd = open(path, O_RDONLY | O_CLOEXEC | (pipes ? 0 : O_NONBLOCK));
-    const char *why = fd < 0 || fstat(fd, &about) != 0    ? strerror(errno)
-                      : S_ISDIR(about.st_mode)            ? strerror(EISDIR)
-                      : !S_ISREG(about.st_mode) && !pipes ? "it is not a regular file"
-                                                          : NULL;
-    FILE *stream = why ? NULL : fdopen(fd, "rb");
+    bool pipes = kinds[kind].pipes && kmp_path_look(path, &about) && about.kind == KMP_PATH_PIPE;
+    int fd = kmp_file_open(path, pipes ? KMP_OPEN_READ : KMP_OPEN_READ | KMP_OPEN_AT_ONCE);
+    const char *why = fd < 0 || !kmp_file_look(fd, &about)    ? strerror(errno)
+                      : about.kind == KMP_PATH_FOLDER         ? strerror(EISDIR)
+                      : about.kind != KMP_PATH_FILE && !pipes ? "it is not a regular file"
+                                                              : NULL;
+    FILE *stream = why ? NULL : kmp_file_stream_of(fd);
     if (!stream) {
         kempe_status status = kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, why ? why : strerror(errno));
         if (fd >= 0)
-            close(fd);
+            (void)kmp_file_close(fd);
         return status;
     }
-    size_t size = S_ISREG(about.st_mode) ? (size_t)about.st_size : 0;
+    size_t size = about.kind == KMP_PATH_FILE ? (size_t)about.size : 0;
     kempe_status status = size >> 20 >= (size_t)kinds[kind].mib
                               ? refuse_length(context, kind, path)
                               : read_stream(context, kind, stream, path, size < LEAST ? LEAST : size + 2, text, length);
@@ -106,36 +103,34 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
 }
 
 /* Writes a temporary file that then gets its name. */
-static int write_by_name(const char *path, const struct stat *old, const char *text, size_t length)
+static int write_by_name(const char *path, const kmp_path_state *old, const char *text, size_t length)
 {
     kmp_text temporary = {0};
     int error = kmp_temporary_write(path, old, text, length, &temporary);
-    if (!error && rename(temporary.s, path) != 0) {
-        error = errno;
-        unlink(temporary.s);
-    }
+    if (!error && (error = kmp_path_rename(temporary.s, path)) != 0)
+        (void)kmp_path_remove(temporary.s);
     kmp_text_free(&temporary);
     return error;
 }
 
 static kempe_status write_bytes(kempe_context *context, const char *path, const char *text, size_t length)
 {
-    char target[PATH_MAX];
-    struct stat old;
+    char target[KMP_PATH_MOST];
+    kmp_path_state old;
     int error;
     kmp_context_clear(context);
-    bool exists = stat(path, &old) == 0;
+    bool exists = kmp_path_look(path, &old);
     if (exists && kempe_context_is_source(context, path))
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%s is read for this result: write to another file", path);
     /* through a symbolic link, its target is replaced and the link stays */
-    const char *real = exists && S_ISREG(old.st_mode) ? realpath(path, target) : NULL;
-    if (exists && S_ISDIR(old.st_mode)) {
+    const bool real = exists && old.kind == KMP_PATH_FILE && kmp_path_real(path, target);
+    if (exists && old.kind == KMP_PATH_FOLDER) {
         error = EISDIR;
-    } else if (exists && !S_ISREG(old.st_mode)) {
-        int fd = open(path, O_WRONLY | O_CLOEXEC);
+    } else if (exists && old.kind != KMP_PATH_FILE) {
+        int fd = kmp_file_open(path, KMP_OPEN_WRITE);
         error = fd < 0 ? errno : kmp_temporary_end(fd, text, length);
     } else {
-        error = write_by_name(real ? real : path, exists ? &old : NULL, text, length);
+        error = write_by_name(real ? target : path, exists ? &old : NULL, text, length);
     }
     return kmp_temporary_report(context, path, error);
 }
@@ -150,7 +145,7 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
 
 const char *kmp_file_ending(const char *path)
 {
-    const char *folder = strrchr(path, '/'), *ending = strrchr(folder ? folder : path, '.');
+    const char *ending = strrchr(kmp_path_name(path), '.');
     return ending ? ending : "";
 }
 
@@ -165,14 +160,14 @@ kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *
 kempe_status kmp_folder_make(kempe_context *context, const char *path)
 {
     enum { MOST_TRIES = 1000 };
-    struct stat here;
+    kmp_path_state here;
     for (int k = 0; k < MOST_TRIES; k++) {
-        if (mkdir(path, 0777) == 0)
+        if (kmp_folder_create(path, false))
             return KEMPE_OK;
         if (errno != EEXIST)
             break;
-        if (stat(path, &here) == 0) {
-            if (S_ISDIR(here.st_mode))
+        if (kmp_path_look(path, &here)) {
+            if (here.kind == KMP_PATH_FOLDER)
                 return KEMPE_OK;
             errno = EEXIST;
             break;

@@ -5,9 +5,6 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 static _Thread_local unsigned long allocations, bytes;
 static _Thread_local unsigned long fail_at; /* 0: none */
@@ -71,17 +68,6 @@ char *kmp_strdup(const char *s)
 unsigned long kmp_memory_bytes(void)
 {
     return bytes;
-}
-
-size_t kmp_heap_in_use(void)
-{
-#if defined(__GLIBC__) && defined(__GLIBC_PREREQ)
-#if __GLIBC_PREREQ(2, 33)
-    struct mallinfo2 heap = mallinfo2();
-    return heap.uordblks + heap.hblkhd;
-#endif
-#endif
-    return 0;
 }
 
 unsigned long kmp_memory_count(void)

@@ -26,9 +26,6 @@ unsigned long kmp_memory_count(void);
 /** Bytes requested by all allocations so far. */
 unsigned long kmp_memory_bytes(void);
 
-/** Bytes of the heap in use, including other libraries; 0: the C library does not tell. */
-size_t kmp_heap_in_use(void);
-
 /** Allocations that failed on this thread so far: they distinguish a NULL without memory from other NULLs. */
 unsigned long kmp_memory_failures(void);
 

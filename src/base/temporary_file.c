@@ -1,58 +1,42 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/temporary_file.h"
 #include <errno.h>
-#include <fcntl.h>
 #include <stdatomic.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 int kmp_temporary_open(const char *path, kmp_text *temporary)
 {
     static atomic_uint counter;
     for (int attempt = 0; attempt < 100; attempt++) {
         kmp_text_free(temporary);
-        kmp_text_printf(temporary, "%s.tmp-%ld-%u", path, (long)getpid(), atomic_fetch_add(&counter, 1u));
+        kmp_text_printf(temporary, "%s.tmp-%ld-%u", path, kmp_process_number(), atomic_fetch_add(&counter, 1u));
         if (temporary->failed) {
             errno = ENOMEM;
             return -1;
         }
-        int fd = open(temporary->s, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        int fd = kmp_file_open(temporary->s, KMP_OPEN_WRITE | KMP_OPEN_NEW);
         if (fd >= 0 || errno != EEXIST)
             return fd;
     }
     return -1;
 }
 
-int kmp_temporary_put(int fd, const char *text, size_t left)
-{
-    while (left > 0) {
-        ssize_t n = write(fd, text, left);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0)
-            return errno;
-        text += n;
-        left -= (size_t)n;
-    }
-    return 0;
-}
-
 int kmp_temporary_end(int fd, const char *text, size_t left)
 {
-    int error = kmp_temporary_put(fd, text, left);
-    return close(fd) == 0 || error ? error : errno;
+    int error = kmp_file_put(fd, text, left);
+    return kmp_file_close(fd) == 0 || error ? error : errno;
 }
 
-int kmp_temporary_write(const char *path, const struct stat *old, const char *text, size_t length, kmp_text *temporary)
+int kmp_temporary_write(const char *path, const kmp_path_state *old, const char *text, size_t length,
+                        kmp_text *temporary)
 {
     int fd = kmp_temporary_open(path, temporary);
     if (fd < 0)
         return errno;
-    int error = old && fchmod(fd, old->st_mode & 07777) != 0 ? errno : 0, written = kmp_temporary_end(fd, text, length);
+    int error = old ? kmp_file_permit(fd, old->permissions) : 0, written = kmp_temporary_end(fd, text, length);
     error = error ? error : written;
     if (error)
-        unlink(temporary->s);
+        (void)kmp_path_remove(temporary->s);
     return error;
 }
 

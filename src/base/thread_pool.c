@@ -2,14 +2,11 @@
 /* One atomic number holds the work's identity, its number of pieces and the next piece: a thread that changes it takes
  * that piece. No thread is obliged to answer a call: where the processors are busy elsewhere, the caller does all. */
 #include "base/thread_pool.h"
-#include "base/clock.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <pthread.h>
-#include <sched.h>
 #include <stdatomic.h>
 #include <stdint.h>
-#include <time.h>
-#include <unistd.h>
 
 /* Calls that run only on the caller after a late piece: FIRST_REST at first, twice as many each time; fewer again
  * after punctual calls. */
@@ -121,17 +118,6 @@ static void *help(void *self)
     return NULL;
 }
 
-bool kmp_thread_start(pthread_t *thread, void *(*run)(void *user), void *user)
-{
-    pthread_attr_t attributes;
-    if (pthread_attr_init(&attributes) != 0)
-        return false;
-    (void)pthread_attr_setstacksize(&attributes, KMP_THREAD_STACK);
-    bool started = pthread_create(thread, &attributes, run, user) == 0;
-    (void)pthread_attr_destroy(&attributes);
-    return started;
-}
-
 kmp_team *kmp_team_new(int threads)
 {
     kmp_team *team = KMP_NEW(kmp_team, 1);
@@ -195,9 +181,9 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
         if (looks % PATIENT < PATIENT - 1)
             pause_a_moment();
         else if (looks < LONG_WAIT)
-            (void)sched_yield();
+            kmp_thread_yield();
         else
-            (void)nanosleep(&(struct timespec){.tv_nsec = NAP}, NULL);
+            kmp_thread_rest(NAP);
     if (team->takes)
         team->brought = NULL;
     /* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. If other
@@ -224,25 +210,11 @@ void kmp_team_settle(kmp_team *team)
     team->brought = NULL;
 }
 
-static double time_of(pthread_t thread)
-{
-#if defined(__APPLE__)
-    (void)thread;
-    return 0;
-#else
-    clockid_t clock;
-    struct timespec t;
-    if (pthread_getcpuclockid(thread, &clock) || clock_gettime(clock, &t))
-        return 0;
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-#endif
-}
-
 double kmp_team_cpu(const kmp_team *team)
 {
     double sum = 0;
     for (int k = 0; team && k < team->started; k++)
-        sum += time_of(team->thread[k]);
+        sum += kmp_thread_cpu(team->thread[k]);
     return sum;
 }
 
@@ -253,13 +225,8 @@ bool kmp_team_rests(const kmp_team *team)
 
 int kmp_processors(void)
 {
-    long count = sysconf(_SC_NPROCESSORS_ONLN);
-#if defined(__linux__)
-    cpu_set_t set;
-    if (sched_getaffinity(0, sizeof set, &set) == 0)
-        count = CPU_COUNT(&set);
-#endif
-    return count < 1 ? 1 : count > KMP_TEAM_MOST ? KMP_TEAM_MOST : (int)count;
+    const int count = kmp_system_processors();
+    return count > KMP_TEAM_MOST ? KMP_TEAM_MOST : count;
 }
 
 int kmp_team_thread(const kmp_team *team)

@@ -3,8 +3,6 @@
  * while, then asleep; the caller never waits for a thread that has not begun. */
 #pragma once
 
-#include <pthread.h>
-
 #include <stdbool.h>
 
 typedef struct kmp_team kmp_team;
@@ -39,8 +37,3 @@ double kmp_team_cpu(const kmp_team *team);
 
 /** True if the next call is not shared, because a processor was taken away in the middle of a piece. */
 bool kmp_team_rests(const kmp_team *team);
-
-/** Starts a thread with a stack of KMP_THREAD_STACK bytes, whatever the default of the system is (128 KiB in some).
- * False: it cannot be started. */
-enum { KMP_THREAD_STACK = 2 << 20 };
-bool kmp_thread_start(pthread_t *thread, void *(*run)(void *user), void *user);

@@ -3,31 +3,26 @@
  * stderr, JSON at the path of --json. */
 #include "command.h"
 #include "element_list.h"
+#include "platform/platform.h"
 #include "terminal.h"
 
 #include <kempe/cache.h>
 #include <kempe/settings.h>
-#include <limits.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* -- the place of the command ------------------------------------------------------------------------- */
 
 char *cli_from_command(const char *relative)
 {
-    char command[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", command, sizeof command - 1);
-    if (length <= 0)
+    char command[KMP_PATH_MOST];
+    if (!kmp_path_of_command(command))
         return NULL;
-    command[length] = '\0';
-    *strrchr(command, '/') = '\0';
-    size_t size = strlen(command) + strlen(relative) + 2;
+    const size_t folder = kmp_path_folder(command), size = folder + strlen(relative) + 1;
     char *path = malloc(size);
     if (path)
-        (void)snprintf(path, size, "%s/%s", command, relative);
+        (void)snprintf(path, size, "%.*s%s", (int)folder, command, relative);
     return path;
 }
 
@@ -123,9 +118,7 @@ void cli_put_done(FILE *out, const char *path)
 /* The JSON of a failure before there was a result. */
 static kempe_status report_failure(const cli_job *j, kempe_outcome outcome, const char *reason)
 {
-    char *text = NULL;
-    size_t size;
-    FILE *out = open_memstream(&text, &size);
+    FILE *out = kmp_text_stream();
     if (!out)
         return KEMPE_E_MEMORY;
     fputs("{\"model\": ", out);
@@ -136,7 +129,8 @@ static kempe_status report_failure(const cli_job *j, kempe_outcome outcome, cons
     fprintf(out, ", \"status\": \"%s\", \"reason\": ", kempe_outcome_text(outcome));
     cli_put_quoted(out, reason);
     fputs(", \"build_s\": null}\n", out);
-    kempe_status status = fclose(out) == 0 ? write_json(j, text) : KEMPE_E_MEMORY;
+    char *text = kmp_text_stream_end(out);
+    kempe_status status = text ? write_json(j, text) : KEMPE_E_MEMORY;
     free(text);
     if (status == KEMPE_E_IO)
         complain(status, kempe_context_message(j->context));
@@ -365,13 +359,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     /* The first Ctrl-C or SIGTERM ends the run with its results so far, the second one ends the process. A file that
      * exceeds a limit is an error of its writing. */
     kempe_context *context = j.context;
-    struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
-    action.sa_handler = on_interrupt;
-    sigemptyset(&action.sa_mask);
     interrupted_context = context;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    signal(SIGXFSZ, SIG_IGN);
+    kmp_interrupts_to(on_interrupt);
     /* Lets the context use the user's folder of cached equations, unless --no-cache. */
     char *folder = j.settings->no_cache ? NULL : kempe_cache_folder();
     kempe_status status = kempe_context_set_cache(j.context, folder);

@@ -2,14 +2,13 @@
 /* The shells' files in packaging call this for every kind of word: commands, options, their values, files. Options are
  * taken from the table in options.c; the words that an option knows are here. */
 #include "completion.h"
+#include "platform/platform.h"
 
 #include "command.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #define MODELS      ".yaml, .urdf, .xml, .mjcf, .sdf, .mbs"
 #define RUNS        "dop853 dopri5 radau erk radau5 radau9"
@@ -90,33 +89,31 @@ static bool has_ending(const char *name, const char *endings)
 /* Folders, and files with one of the endings (NULL: any), that continue the path. */
 static void put_files(const char *before, const char *typed, const char *endings)
 {
-    const char *slash = strrchr(typed, '/'), *name = slash ? slash + 1 : typed, *home = getenv("HOME");
+    const char *name = kmp_path_name(typed), *home = kmp_environment("HOME");
     const bool at_home = strncmp(typed, "~/", 2) == 0 && home;
     char folder[4096], path[8192];
     snprintf(folder, sizeof folder, "%s%.*s",
-             at_home ? home
-             : slash ? ""
-                     : "./",
-             slash ? (int)(name - typed) - at_home : 0, typed + at_home);
-    DIR *open = opendir(folder);
-    for (const struct dirent *entry; open && (entry = readdir(open));) {
-        struct stat of;
-        const char *found = entry->d_name;
+             at_home        ? home
+             : name > typed ? ""
+                            : "./",
+             name > typed ? (int)(name - typed) - at_home : 0, typed + at_home);
+    kmp_folder_names *open = kmp_folder_names_begin(folder);
+    for (const char *found; open && (found = kmp_folder_names_next(open));) {
+        kmp_path_state of;
         if (strncmp(found, name, strlen(name)) != 0 || (found[0] == '.' && name[0] != '.') ||
-            snprintf(path, sizeof path, "%s%s", folder, found) >= (int)sizeof path || stat(path, &of) != 0)
+            snprintf(path, sizeof path, "%s%s", folder, found) >= (int)sizeof path || !kmp_path_look(path, &of))
             continue;
-        if (S_ISDIR(of.st_mode) || has_ending(found, endings))
-            printf("%s%.*s%s%s\n", before, (int)(name - typed), typed, found, S_ISDIR(of.st_mode) ? "/" : "");
+        if (of.kind == KMP_PATH_FOLDER || has_ending(found, endings))
+            printf("%s%.*s%s%s\n", before, (int)(name - typed), typed, found, of.kind == KMP_PATH_FOLDER ? "/" : "");
     }
-    if (open)
-        closedir(open);
+    kmp_folder_names_end(open);
 }
 
 /* The name of a file that is written, with each of its endings. */
 static void put_endings(const char *before, const char *typed, const char *endings)
 {
-    const char *slash = strrchr(typed, '/');
-    if (!*(slash ? slash + 1 : typed) || strchr(slash ? slash : typed, '.'))
+    const char *name = kmp_path_name(typed);
+    if (!*name || strchr(name, '.'))
         return;
     for (const char *at = endings; *at; at += strspn(at, ", ")) {
         const int length = (int)strcspn(at, ",");

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The library of machine elements: a list, and the text of each. Its lines `name:` and `ports:` are each one line. */
 #include "element_list.h"
+#include "platform/platform.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,10 @@ bool cli_is_element(const char *file)
 static void put_line(FILE *out, const char *text, const char *key, bool quoted)
 {
     const char *at = strstr(text, key);
-    char *line = at ? strndup(at + strlen(key), strcspn(at + strlen(key), "\n")) : NULL;
+    const size_t length = at ? strcspn(at + strlen(key), "\n") : 0;
+    char *line = at ? calloc(length + 1, 1) : NULL;
+    if (line)
+        memcpy(line, at + strlen(key), length);
     if (quoted)
         cli_put_quoted(out, line ? line : "");
     else
@@ -45,8 +49,7 @@ static kempe_status print_list(const cli_job *j, const void *object, kempe_forma
 {
     const bool json = format == KEMPE_JSON;
     kempe_status status = KEMPE_OK;
-    size_t size;
-    FILE *out = open_memstream(text, &size);
+    FILE *out = kmp_text_stream();
     (void)object;
     if (!out)
         return KEMPE_E_MEMORY;
@@ -69,8 +72,7 @@ static kempe_status print_list(const cli_job *j, const void *object, kempe_forma
 static kempe_status print_element(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     const char *element = object;
-    size_t size;
-    FILE *out = open_memstream(text, &size);
+    FILE *out = kmp_text_stream();
     if (!out)
         return KEMPE_E_MEMORY;
     if (format == KEMPE_JSON) {
@@ -82,7 +84,8 @@ static kempe_status print_element(const cli_job *j, const void *object, kempe_fo
     } else {
         fputs(element, out);
     }
-    return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+    *text = kmp_text_stream_end(out);
+    return *text ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 kempe_status cli_show_element(const cli_job *j)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "platform/platform.h"
 #include "study.h"
 
 #include <stdlib.h>
-#include <unistd.h>
 
 STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), .table = NULL)
 
@@ -29,7 +29,7 @@ kempe_status cli_generate(const cli_job *j)
 static char *find_library(void)
 {
     char *built = cli_from_command(CLI_UNITS);
-    if (built && access(built, R_OK) == 0)
+    if (built && kmp_path_readable(built))
         return built;
     free(built);
     return cli_from_command(CLI_TO_LIBRARIES "/" CLI_UNITS);

@@ -3,13 +3,12 @@
 #include "command.h"
 #include "completion.h"
 #include "own_process.h"
+#include "platform/platform.h"
 #include "terminal.h"
 
 #include <kempe/cache.h>
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static void print_help(FILE *out)
 {
@@ -25,10 +24,9 @@ static void print_help(FILE *out)
           out);
     /* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
      * build folder there is none: their names are relative to the sources. */
-    char *path = cli_from_command(CLI_TO_PAGES "/docs/.."), *folder = path ? realpath(path, NULL) : NULL;
-    if (folder)
+    char *path = cli_from_command(CLI_TO_PAGES "/docs/.."), folder[KMP_PATH_MOST];
+    if (path && kmp_path_real(path, folder))
         fprintf(out, "Pages and examples are in %s.\n", folder);
-    free(folder);
     free(path);
     char *cache = kempe_cache_folder();
     if (cache)
@@ -115,6 +113,7 @@ static int choose(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    kmp_command_begin(&argc, &argv);
     cli_own_process();
     cli_terminal_begin(false, false);
     int code = choose(argc, argv);

@@ -2,6 +2,7 @@
 /* Writes a first model: a four-bar linkage with comments. README.md shows the same text (tests/docs.py). */
 #include "command.h"
 #include "element_list.h"
+#include "platform/platform.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -40,8 +41,7 @@ static const char template[] =
 static kempe_status print_new(const cli_job *j, const void *object, kempe_format format, char **text)
 {
     const char *path = object;
-    size_t size;
-    FILE *out = open_memstream(text, &size);
+    FILE *out = kmp_text_stream();
     (void)j;
     if (!out)
         return KEMPE_E_MEMORY;
@@ -54,14 +54,15 @@ static kempe_status print_new(const cli_job *j, const void *object, kempe_format
                 "next  kempe check %s\n      kempe simulate %s\n      kempe simulate %s --report %.*s.html\n",
                 path, path, path, path, stem, path);
     }
-    return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+    *text = kmp_text_stream_end(out);
+    return *text ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 /* The name is taken first, so that no file that is there can be lost; then the text replaces the empty file. */
 static kempe_status write_new(const cli_job *j, const char *path)
 {
-    FILE *reserved = fopen(path, "wx");
-    if (!reserved) {
+    const int reserved = kmp_file_open(path, KMP_OPEN_WRITE | KMP_OPEN_NEW);
+    if (reserved < 0) {
         if (errno == EEXIST)
             cli_complain("'%s' exists already and is kept: choose another name", path);
         else
@@ -69,10 +70,10 @@ static kempe_status write_new(const cli_job *j, const char *path)
         cli_refuse(j->settings->json);
         return KEMPE_E_FAILED;
     }
-    fclose(reserved);
+    (void)kmp_file_close(reserved);
     kempe_status status = kempe_write_file(j->context, path, template);
     if (status) {
-        remove(path);
+        (void)kmp_path_remove(path);
         cli_report_failure(j, status, false);
     }
     return cli_worse(KEMPE_OK, status);
@@ -91,7 +92,7 @@ kempe_status cli_new(const cli_job *j)
     const size_t length = strlen(file);
     const char *ending = length >= 5 && strcmp(file + length - 5, ".yaml") == 0 ? "" : ".yaml";
     size_t size = length + strlen(ending) + 1;
-    const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file;
+    const char *name = kmp_path_name(file);
     if (!*name || strcmp(name, ".yaml") == 0 || strcmp(name, ".") == 0 || strcmp(name, "..") == 0) {
         cli_complain("'%s' names no file: 'kempe new four_bar' writes four_bar.yaml", file);
         cli_refuse(j->settings->json);

@@ -3,6 +3,7 @@
  * runs are rows of model/data/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
  * name that begins with a dash. */
 #include "options.h"
+#include "platform/platform.h"
 #include "terminal.h"
 
 #include <kempe/settings.h>
@@ -12,7 +13,6 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* Types of option values. The last ones are files, whose type follows from the ending of their names. */
 typedef enum option_kind {
@@ -592,9 +592,10 @@ static const char *file_of(const option *o, const cli_settings *settings)
 
 static bool is_same_file(const char *a, const char *b)
 {
-    struct stat one, other;
-    const bool exist = stat(a, &one) == 0 && stat(b, &other) == 0;
-    return exist ? S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino : strcmp(a, b) == 0;
+    kmp_path_state one, other;
+    const bool exist = kmp_path_look(a, &one) && kmp_path_look(b, &other);
+    return exist ? one.kind == KMP_PATH_FILE && one.device == other.device && one.number == other.number
+                 : strcmp(a, b) == 0;
 }
 
 static bool check_apart(const option *written, const char *path, const char *read)
@@ -643,7 +644,7 @@ const char *cli_written(unsigned command, const cli_settings *settings, int *k)
 /* A name without an ending is taken as the first kind of file, a device by it. */
 static bool has_ending(const option *o, const char *path)
 {
-    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.'), *at = kinds[o->kind].ending;
+    const char *dot = strrchr(kmp_path_name(path), '.'), *at = kinds[o->kind].ending;
     while (dot && at && *at) {
         size_t length = strcspn(at, ",");
         if (strlen(dot) == length && strncmp(dot, at, length) == 0)

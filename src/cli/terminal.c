@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "terminal.h"
+#include "platform/platform.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #define RED    "\033[31m"
 #define YELLOW "\033[33m"
@@ -27,9 +26,9 @@ static sentence *first, **end = &first;
 void cli_terminal_begin(bool quiet, bool same_screen)
 {
     const char *none = getenv("NO_COLOR"), *term = getenv("TERM");
-    is_terminal = isatty(STDERR_FILENO) != 0;
+    is_terminal = kmp_is_terminal(stderr);
     is_quiet = quiet;
-    waits = same_screen && is_terminal && isatty(STDOUT_FILENO) != 0;
+    waits = same_screen && is_terminal && kmp_is_terminal(stdout);
     has_colour = is_terminal && !(none && *none) && term && strcmp(term, "dumb") != 0;
 }
 
@@ -42,8 +41,7 @@ void cli_terminal_clear(void)
 
 static void show_progress(const char *line)
 {
-    struct winsize size = {0};
-    int width = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1 : 79;
+    const int columns = kmp_terminal_width(), width = columns > 1 ? columns - 1 : 79;
     fprintf(stderr, ERASE "%.*s", width, line);
     fflush(stderr);
     progress_shown = true;
@@ -59,12 +57,13 @@ static void print_sentence(const char *colour, const char *prefix, int length, c
 static void tell(const char *colour, const char *prefix, int length, const char *words)
 {
     sentence *s = waits ? malloc(sizeof *s) : NULL;
-    char *copy = s ? strndup(words, (size_t)length) : NULL;
+    char *copy = s ? calloc((size_t)length + 1, 1) : NULL;
     if (!copy) {
         free(s);
         print_sentence(colour, prefix, length, words);
         return;
     }
+    memcpy(copy, words, (size_t)length);
     *s = (sentence){colour, prefix, copy, NULL};
     *end = s;
     end = &s->next;

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe view`: opens a page in a browser, one that is there or the page of a model's assembled start. */
 #include "command.h"
+#include "platform/platform.h"
 
 #include <errno.h>
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 bool cli_is_page(const char *file)
 {
@@ -21,22 +20,17 @@ bool cli_is_page(const char *file)
 /* The user's choice, or the choice of the desktop. */
 static const char *browser(void)
 {
-    const char *own = getenv("BROWSER");
-    return own && *own ? own : "xdg-open";
+    const char *own = kmp_environment("BROWSER");
+    return own && *own ? own : kmp_page_opener();
 }
 
 /* Runs the browser with the path as its argument, and waits until it has taken it. */
 static bool open_page(const char *path)
 {
-    char *const words[] = {(char *)browser(), (char *)path, NULL};
-    int state = 0;
+    const char *own = kmp_environment("BROWSER");
+    char *const words[] = {(char *)own, (char *)path, NULL};
     fflush(NULL);
-    pid_t child = fork();
-    if (child == 0) {
-        execvp(words[0], words);
-        _exit(127);
-    }
-    return child > 0 && waitpid(child, &state, 0) == child && WIFEXITED(state) && WEXITSTATUS(state) == 0;
+    return own && *own ? kmp_process_run(words, NULL) == 0 : kmp_page_open(path);
 }
 
 /* -- the page -------------------------------------------------------------------------------------- */
@@ -44,13 +38,14 @@ static bool open_page(const char *path)
 /* A path of the page that the user has not named, in a separate folder. The caller frees it; NULL: there is none. */
 static char *choose_path(const char *model)
 {
-    const char *given = getenv("TMPDIR"), *folder = given && *given ? given : "/tmp";
+    char folder[KMP_PATH_MOST];
+    kmp_path_temporary(folder);
     size_t size = strlen(folder) + strlen(model) + 32;
     char *path = malloc(size);
     if (!path)
         return NULL;
     snprintf(path, size, "%s/kempe-XXXXXX", folder);
-    if (!mkdtemp(path)) {
+    if (!kmp_folder_temporary(path)) {
         cli_complain("cannot make a folder in '%s': %s", folder, strerror(errno));
         free(path);
         return NULL;
@@ -58,7 +53,7 @@ static char *choose_path(const char *model)
     size_t length = strlen(path);
     snprintf(path + length, size - length, "/%s.html", model);
     for (char *c = path + length + 1; *c; c++)
-        *c = (char)(*c == '/' ? '_' : *c);
+        *c = (char)(kmp_is_separator(*c) ? '_' : *c);
     return path;
 }
 
@@ -85,8 +80,7 @@ static kempe_status write_page(const cli_job *j, const char *path)
 
 static kempe_status print_page(const cli_job *j, const void *object, kempe_format format, char **text)
 {
-    size_t size;
-    FILE *out = open_memstream(text, &size);
+    FILE *out = kmp_text_stream();
     (void)j;
     if (!out)
         return KEMPE_E_MEMORY;
@@ -94,7 +88,8 @@ static kempe_status print_page(const cli_job *j, const void *object, kempe_forma
         cli_put_done(out, object);
     else
         fprintf(out, "%s\n", (const char *)object);
-    return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+    *text = kmp_text_stream_end(out);
+    return *text ? KEMPE_OK : KEMPE_E_MEMORY;
 }
 
 static kempe_status show_page(const cli_job *j, const char *path)
@@ -110,7 +105,7 @@ static kempe_status show_page(const cli_job *j, const char *path)
 kempe_status cli_view(const cli_job *j)
 {
     const cli_settings *s = j->settings;
-    if (cli_is_page(s->file) && access(s->file, R_OK) != 0) {
+    if (cli_is_page(s->file) && !kmp_path_readable(s->file)) {
         cli_complain("cannot read '%s': %s", s->file, strerror(errno));
         cli_refuse(s->json);
         return KEMPE_E_IO;
@@ -120,7 +115,7 @@ kempe_status cli_view(const cli_job *j)
     char *own = s->report ? NULL : choose_path(kempe_model_name(j->model));
     const char *path = s->report ? s->report : own;
     kempe_status status = path ? write_page(j, path) : KEMPE_E_FAILED;
-    if (path && (status == KEMPE_OK || (status == KEMPE_E_FAILED && access(path, R_OK) == 0))) {
+    if (path && (status == KEMPE_OK || (status == KEMPE_E_FAILED && kmp_path_readable(path)))) {
         kempe_status shown = show_page(j, path);
         status = status == KEMPE_OK ? shown : status;
     }

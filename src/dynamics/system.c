@@ -3,7 +3,6 @@
 #include "dynamics/system.h"
 #include "base/arena.h"
 #include "base/cache/digest.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -31,6 +30,7 @@
 #include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "model/write/model_print.h"
+#include "platform/platform.h"
 #include "symbolic/program.h"
 #include "symbolic/table_function.h"
 #include <kempe/extend.h>

@@ -3,11 +3,11 @@
  * made again. Conditions refer to parts of the model by their places in its arena, which are the same for equal files.
  */
 #include "dynamics/system_record.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/motion.h"
 #include "dynamics/program_cache.h"
 #include "model/data/model.h"
+#include "platform/platform.h"
 #include "symbolic/program_bytes.h"
 #include <string.h>
 

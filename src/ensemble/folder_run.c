@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An ensemble run into a folder: chunk after chunk, each a whole part. Memory is needed for one chunk. */
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -12,19 +11,15 @@
 #include "ensemble/sampling/values.h"
 #include "model/data/model.h"
 #include "output/parquet.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
-#include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 /* -- claims ------------------------------------------------------------------------------------------------- */
 
@@ -48,41 +43,21 @@ typedef struct process_claims {
     bool has_beat, ends;
 } process_claims;
 
-/* -- processes --------------------------------------------------------------------------------------- */
-
-/* The start time of a process in clock ticks (proc_pid_stat(5), field 22); 0: it does not run, or is a zombie. */
-static unsigned long long start_of(long process)
-{
-    char path[64], text[1024];
-    (void)snprintf(path, sizeof path, "/proc/%ld/stat", process);
-    FILE *file = fopen(path, "r");
-    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    if (file)
-        fclose(file);
-    text[length] = '\0';
-    const char *s = strrchr(text, ')'); /* its name may have blanks */
-    if (!s || s[1] != ' ' || s[2] == 'Z' || s[2] == 'X')
-        return 0;
-    for (int field = 2; s && field < 22; field++)
-        s = strchr(s + 1, ' ');
-    return s ? strtoull(s + 1, NULL, 10) : 0;
-}
-
 /* -- claims of others -------------------------------------------------------------------------------- */
 
 /* Seconds since the last touch of a file by the clock of its file system; negative: unknown. */
 static double age_of(process_claims *c, const char *path)
 {
-    struct stat about, now;
+    kmp_path_state about, now;
     kmp_text probe = {0};
     double age = -1;
-    kmp_text_printf(&probe, "%s/now%s%ld-XXXXXX", c->folder.s, unfinished, (long)getpid());
-    int fd = probe.failed ? -1 : mkstemp(probe.s);
+    kmp_text_printf(&probe, "%s/now%s%ld-XXXXXX", c->folder.s, unfinished, kmp_process_number());
+    int fd = probe.failed ? -1 : kmp_file_temporary(probe.s);
     if (fd >= 0) {
-        if (fstat(fd, &now) == 0 && stat(path, &about) == 0)
-            age = (double)(now.st_mtim.tv_sec - about.st_mtim.tv_sec);
-        close(fd);
-        unlink(probe.s);
+        if (kmp_file_look(fd, &now) && kmp_path_look(path, &about))
+            age = (double)(now.changed - about.changed);
+        (void)kmp_file_close(fd);
+        (void)kmp_path_remove(probe.s);
     }
     kmp_text_free(&probe);
     return age;
@@ -96,7 +71,7 @@ static bool is_stale(process_claims *c, const char *path, const char *content)
     size_t host = strcspn(content, " ");
     bool here = strncmp(content, c->owner.s, host + 1) == 0 && content[host] == ' ';
     if (here && sscanf(content + host, " %ld %llu", &process, &start) == 2)
-        return start_of(process) != start;
+        return kmp_process_start(process) != start;
     return age_of(c, path) > STALE;
 }
 
@@ -109,11 +84,11 @@ static bool remove_stale(process_claims *c, const char *path)
     bool removed = false;
     if (kmp_file_read(c->context, KMP_FILE_RECORD, path, &content, &length) != KEMPE_OK) {
         kmp_context_clear(c->context);
-        return access(path, F_OK) != 0; /* its owner has released it */
+        return !kmp_path_exists(path); /* its owner has released it */
     }
     if (is_stale(c, path, content)) {
-        kmp_text_printf(&name, "%s%sold-%ld", path, unfinished, (long)getpid());
-        removed = !name.failed && rename(path, name.s) == 0 && unlink(name.s) == 0;
+        kmp_text_printf(&name, "%s%sold-%ld", path, unfinished, kmp_process_number());
+        removed = !name.failed && kmp_path_rename(path, name.s) == 0 && kmp_path_remove(name.s);
     }
     kmp_text_free(&name);
     kmp_free(content);
@@ -133,7 +108,7 @@ static void *beat(void *self)
         until.tv_sec += BEAT;
         (void)pthread_cond_timedwait(&c->wake, &c->lock, &until);
         if (c->held.length > 0)
-            (void)utimensat(AT_FDCWD, c->held.s, NULL, 0);
+            kmp_path_touch(c->held.s);
     }
     pthread_mutex_unlock(&c->lock);
     return NULL;
@@ -142,11 +117,7 @@ static void *beat(void *self)
 /* Signals go to the other threads. */
 static bool start_beat(process_claims *c)
 {
-    sigset_t all, old;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &old);
-    c->has_beat = kmp_thread_start(&c->beat, beat, c);
-    pthread_sigmask(SIG_SETMASK, &old, NULL);
+    c->has_beat = kmp_thread_start_deaf(&c->beat, beat, c);
     return c->has_beat;
 }
 
@@ -161,7 +132,7 @@ static void hold(process_claims *c, kmp_text path)
 static void claims_release(process_claims *c)
 {
     if (c->held.length > 0)
-        (void)unlink(c->held.s);
+        (void)kmp_path_remove(c->held.s);
     hold(c, (kmp_text){0});
 }
 
@@ -179,7 +150,7 @@ static void claims_free(process_claims *c)
         pthread_join(c->beat, NULL);
     }
     if (c->folder.length > 0)
-        (void)rmdir(c->folder.s); /* fails where others have process_claims */
+        (void)kmp_folder_remove(c->folder.s); /* fails where others have process_claims */
     pthread_cond_destroy(&c->wake);
     pthread_mutex_destroy(&c->lock);
     kmp_text_free(&c->folder);
@@ -196,22 +167,9 @@ static kempe_status claims_new(kempe_context *context, const char *folder, proce
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->wake, NULL);
     kmp_text_printf(&c->folder, "%s/%s", folder, subfolder);
-    /* Appends a word that processes share whose numbers have one meaning: host, start of its system, space of numbers.
-     */
-    kmp_text *text = &c->owner;
-    char name[HOST_NAME_MAX + 1] = "", boot[40] = "", space[64] = "";
-    (void)gethostname(name, sizeof name - 1);
-    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
-    if (file) {
-        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
-        fclose(file);
-    }
-    ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
-    space[length > 0 ? length : 0] = '\0';
-    for (char *s = name; *s; s++)
-        *s = (unsigned char)*s <= ' ' ? '_' : *s;
-    kmp_text_printf(text, "%s/%s/%s", name, boot, space);
-    kmp_text_printf(&c->owner, " %ld %llu\n", (long)getpid(), start_of((long)getpid()));
+    char word[KMP_SYSTEM_WORD];
+    kmp_system_word(word);
+    kmp_text_printf(&c->owner, "%s %ld %llu\n", word, kmp_process_number(), kmp_process_start(kmp_process_number()));
     kempe_status status = kmp_made(context, !c->folder.failed && !c->owner.failed);
     if (status == KEMPE_OK)
         status = kmp_folder_make(context, c->folder.s);
@@ -230,7 +188,7 @@ static kempe_status make_claim(process_claims *c, const char *path, bool *taken)
         status = kmp_file_make(c->context, path, c->owner.s, false, taken);
         if (status == KEMPE_OK && !*taken && !remove_stale(c, path))
             return KEMPE_OK;
-        if (status == KEMPE_E_IO && access(c->folder.s, F_OK) != 0) {
+        if (status == KEMPE_E_IO && !kmp_path_exists(c->folder.s)) {
             kmp_context_clear(c->context);
             status = kmp_folder_make(c->context, c->folder.s);
         }
@@ -259,16 +217,19 @@ static kempe_status claims_take(process_claims *c, int part, bool *taken)
 /* -- the end ----------------------------------------------------------------------------------------- */
 
 /* Removes the files of a folder whose names have `part` (all: NULL). */
-static void remove_files(const char *path, const char *part)
+static void remove_files(const char *folder, const char *part)
 {
-    DIR *folder = opendir(path);
-    struct stat about;
-    for (const struct dirent *d = folder ? readdir(folder) : NULL; d; d = readdir(folder))
-        if ((!part || strstr(d->d_name, part)) && fstatat(dirfd(folder), d->d_name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
-            S_ISREG(about.st_mode))
-            (void)unlinkat(dirfd(folder), d->d_name, 0);
-    if (folder)
-        closedir(folder);
+    kmp_folder_names *names = kmp_folder_names_begin(folder);
+    kmp_path_state about;
+    for (const char *name = names ? kmp_folder_names_next(names) : NULL; name; name = kmp_folder_names_next(names)) {
+        kmp_text path = {0};
+        kmp_text_printf(&path, "%s/%s", folder, name);
+        if (!path.failed && (!part || strstr(name, part)) && kmp_path_look_here(path.s, &about) &&
+            about.kind == KMP_PATH_FILE)
+            (void)kmp_path_remove(path.s);
+        kmp_text_free(&path);
+    }
+    kmp_folder_names_end(names);
 }
 
 /* Removes all claims, their folder, and unfinished files of parts, when every part is whole. */
@@ -278,7 +239,7 @@ static void claims_clear(const char *folder)
     kmp_text_printf(&path, "%s/%s", folder, subfolder);
     if (!path.failed) {
         remove_files(path.s, NULL);
-        (void)rmdir(path.s);
+        (void)kmp_folder_remove(path.s);
         remove_files(folder, unfinished);
     }
     kmp_text_free(&path);

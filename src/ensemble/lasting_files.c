@@ -3,25 +3,19 @@
 #include "ensemble/lasting_files.h"
 #include "base/memory.h"
 #include "base/temporary_file.h"
+#include "platform/platform.h"
 #include <errno.h>
-#include <fcntl.h>
-#include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 /* Makes the names in the folder of `path` last through a loss of power. Some file systems cannot; they lose nothing
  * that the file itself has. */
 static void keep_folder(const char *path)
 {
-    const char *slash = strrchr(path, '/');
+    const size_t length = kmp_path_folder(path);
     kmp_text folder = {0};
-    kmp_text_append(&folder, slash ? path : ".", slash ? (size_t)(slash - path) + 1 : 1);
-    int fd = folder.failed ? -1 : open(folder.s, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) {
-        (void)fsync(fd);
-        close(fd);
-    }
+    kmp_text_append(&folder, length > 0 ? path : ".", length > 0 ? length : 1);
+    if (!folder.failed)
+        kmp_folder_sync(folder.s);
     kmp_text_free(&folder);
 }
 
@@ -29,11 +23,11 @@ static void keep_folder(const char *path)
 static int give_name(const char *temporary, const char *path, bool exclusive)
 {
     if (!exclusive)
-        return rename(temporary, path) == 0 ? 0 : errno;
-    int error = link(temporary, path) == 0 ? 0 : errno;
+        return kmp_path_rename(temporary, path);
+    int error = kmp_path_link(temporary, path);
     if (error == EPERM || error == ENOTSUP || error == ENOSYS || error == EMLINK)
-        return access(path, F_OK) == 0 ? EEXIST : give_name(temporary, path, false);
-    unlink(temporary);
+        return kmp_path_exists(path) ? EEXIST : give_name(temporary, path, false);
+    (void)kmp_path_remove(temporary);
     return error;
 }
 
@@ -41,15 +35,15 @@ static int give_name(const char *temporary, const char *path, bool exclusive)
 static int write_new(const char *path, const char *text, size_t length, bool exclusive, bool lasting)
 {
     kmp_text temporary = {0};
-    int fd = kmp_temporary_open(path, &temporary), error = fd < 0 ? errno : kmp_temporary_put(fd, text, length);
-    if (!error && lasting && fsync(fd) != 0 && errno != EINVAL)
-        error = errno;
-    if (fd >= 0 && close(fd) != 0 && !error)
+    int fd = kmp_temporary_open(path, &temporary), error = fd < 0 ? errno : kmp_file_put(fd, text, length);
+    if (!error && lasting)
+        error = kmp_file_sync(fd);
+    if (fd >= 0 && kmp_file_close(fd) != 0 && !error)
         error = errno;
     if (!error)
         error = give_name(temporary.s, path, exclusive);
     if (error && fd >= 0)
-        unlink(temporary.s);
+        (void)kmp_path_remove(temporary.s);
     else if (!error && lasting)
         keep_folder(path);
     kmp_text_free(&temporary);
@@ -80,12 +74,12 @@ struct kmp_file_stream {
 
 kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_file_stream **stream)
 {
-    struct stat old;
+    kmp_path_state old;
     KMP_MAKE(context, kmp_file_stream, s);
     s->context = context;
     kmp_text_put(&s->path, path);
-    if (stat(path, &old) == 0 && !S_ISREG(old.st_mode))
-        s->fd = open(path, O_WRONLY | O_CLOEXEC);
+    if (kmp_path_look(path, &old) && old.kind != KMP_PATH_FILE)
+        s->fd = kmp_file_open(path, KMP_OPEN_WRITE);
     else
         s->fd = kmp_temporary_open(path, &s->temporary);
     int error = s->fd < 0 ? errno : s->path.failed ? ENOMEM : 0;
@@ -95,17 +89,17 @@ kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_f
 
 kempe_status kmp_file_stream_put(kmp_file_stream *s, kmp_text *text)
 {
-    int error = text->failed ? ENOMEM : kmp_temporary_put(s->fd, text->s ? text->s : "", text->length);
+    int error = text->failed ? ENOMEM : kmp_file_put(s->fd, text->s ? text->s : "", text->length);
     kmp_text_free(text);
     return kmp_temporary_report(s->context, s->path.s, error);
 }
 
 kempe_status kmp_file_stream_end(kmp_file_stream *s)
 {
-    int error = close(s->fd) == 0 ? 0 : errno;
+    int error = kmp_file_close(s->fd) == 0 ? 0 : errno;
     s->fd = -1;
-    if (!error && s->temporary.length > 0 && rename(s->temporary.s, s->path.s) != 0)
-        error = errno;
+    if (!error && s->temporary.length > 0)
+        error = kmp_path_rename(s->temporary.s, s->path.s);
     if (!error)
         kmp_text_free(&s->temporary);
     kempe_status status = kmp_temporary_report(s->context, s->path.s, error);
@@ -118,9 +112,9 @@ void kmp_file_stream_free(kmp_file_stream *s)
     if (!s)
         return;
     if (s->fd >= 0)
-        close(s->fd);
+        (void)kmp_file_close(s->fd);
     if (s->temporary.length > 0)
-        unlink(s->temporary.s);
+        (void)kmp_path_remove(s->temporary.s);
     kmp_text_free(&s->path);
     kmp_text_free(&s->temporary);
     kmp_free(s);

@@ -9,11 +9,11 @@
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "model/data/model.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const char *const apart[] = {"file", "values_file", "hash", NULL};
 
@@ -270,7 +270,7 @@ kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char 
     *text = NULL;
     kmp_folder_put_manifest(&path, folder);
     kempe_status status = kmp_made(context, !path.failed);
-    if (status == KEMPE_OK && (access(path.s, F_OK) == 0 || errno != ENOENT))
+    if (status == KEMPE_OK && (kmp_path_exists(path.s) || errno != ENOENT))
         status = kmp_file_read(context, KMP_FILE_RECORD, path.s, text, &length);
     kmp_text_free(&path);
     return status;

@@ -11,13 +11,13 @@
 #include "ensemble/statistics/statistics.h"
 #include "model/data/run_settings.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <limits.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #define PART    "%s/part-%06d.parquet"
 #define HISTORY "%s/history/part-%06d.parquet"
@@ -45,11 +45,12 @@ void kmp_folder_put_manifest(kmp_text *path, const char *folder)
     kmp_text_printf(path, "%s/manifest.json", folder);
 }
 
-/* True if a file is there; length: the name of its path, which was written to a buffer of PATH_MAX. */
+/* True if a file is there; length: the name of its path, which was written to a buffer of KMP_PATH_MOST. */
 static bool has_file(const char *path, int length)
 {
-    struct stat about;
-    return length > 0 && length < PATH_MAX && stat(path, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
+    kmp_path_state about;
+    return length > 0 && length < KMP_PATH_MOST && kmp_path_look(path, &about) && about.kind == KMP_PATH_FILE &&
+           about.size > 0;
 }
 
 bool kmp_folder_wants_history(const kempe_folder *f, int part)
@@ -59,7 +60,7 @@ bool kmp_folder_wants_history(const kempe_folder *f, int part)
 
 bool kmp_folder_has_part(const kempe_folder *f, int part)
 {
-    char path[PATH_MAX];
+    char path[KMP_PATH_MOST];
     if (!has_file(path, snprintf(path, sizeof path, PART, f->path, part)))
         return false;
     return !kmp_folder_wants_history(f, part) || has_file(path, snprintf(path, sizeof path, HISTORY, f->path, part));

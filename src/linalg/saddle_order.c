@@ -34,18 +34,18 @@ static bool match_rows(int n, int r, int nz, const int *row, const int *col, int
 }
 
 /* Orders the nodes of the compressed graph. False: no memory. */
-static bool order_nodes(int nodes, int nz, const int *row, const int *col, const int *node, long *order)
+static bool order_nodes(int nodes, int nz, const int *row, const int *col, const int *node, int64_t *order)
 {
     kmp_arena room = {0};
-    long *start, *entry;
+    int64_t *start, *entry;
     int *seen, *by_column, *column, *first;
-    bool ok = KMP_ARENA_MAKE(&room, KMP_ROOM(long, nodes + 1, &start), KMP_ROOM(long, nz + nodes, &entry),
+    bool ok = KMP_ARENA_MAKE(&room, KMP_ROOM(int64_t, nodes + 1, &start), KMP_ROOM(int64_t, nz + nodes, &entry),
                              KMP_ROOM(int, nodes + 1, &seen, &first), KMP_ROOM(int, nz + 1, &by_column, &column));
     klu_l_common common;
     klu_l_defaults(&common);
     common.btf = 0;
     if (ok) {
-        long count = 0;
+        int64_t count = 0;
         for (int k = 0; k < nz; k++)
             column[k] = node[col[k]];
         kmp_sort_entries(nodes, nz, column, first, by_column);
@@ -70,14 +70,14 @@ static bool order_nodes(int nodes, int nz, const int *row, const int *col, const
     return ok;
 }
 
-bool kmp_saddle_order(int n, int r, int nz, const int *row, const int *col, const int *group, long *order)
+bool kmp_saddle_order(int n, int r, int nz, const int *row, const int *col, const int *group, int64_t *order)
 {
     const int size = n + r;
     kmp_arena room = {0};
     int *match, *node, *first, *member, nodes = 0;
-    long *of_nodes;
+    int64_t *of_nodes;
     bool ok = KMP_ARENA_MAKE(&room, KMP_ROOM(int, r + 1, &match), KMP_ROOM(int, size, &node, &member),
-                             KMP_ROOM(int, size + 1, &first), KMP_ROOM(long, size, &of_nodes)) &&
+                             KMP_ROOM(int, size + 1, &first), KMP_ROOM(int64_t, size, &of_nodes)) &&
               match_rows(n, r, nz, row, col, match);
     if (ok) {
         for (int k = 0; k < size; k++)

@@ -5,7 +5,8 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /** Entries (row[k], col[k]) of the symmetric pattern, of n coordinates and then r multipliers; group (r): equal numbers
  * for the rows of a group, ascending. order (n + r): the unknowns in the order of elimination. False: no memory. */
-bool kmp_saddle_order(int n, int r, int nz, const int *row, const int *col, const int *group, long *order);
+bool kmp_saddle_order(int n, int r, int nz, const int *row, const int *col, const int *group, int64_t *order);

@@ -30,8 +30,8 @@ enum { BLOCKS_UP_TO = 4000 };
 struct kmp_sparse {
     kmp_arena arena;
     int n, nz;
-    long *start, *row; /* compressed columns */
-    int *place;        /* position of each entry in them; NULL: in its own columns */
+    int64_t *start, *row; /* compressed columns */
+    int *place;           /* position of each entry in them; NULL: in its own columns */
     double *value;
     klu_l_common common;
     klu_l_symbolic *symbolic;
@@ -51,7 +51,7 @@ static kmp_sparse *make(int n, int nz)
         return NULL;
     s->n = n;
     s->nz = nz;
-    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(long, n + 1, &s->start), KMP_ROOM(long, nz, &s->row),
+    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(int64_t, n + 1, &s->start), KMP_ROOM(int64_t, nz, &s->row),
                    KMP_ROOM(double, nz, &s->value));
     klu_l_defaults(&s->common);
     if (!s->arena.failed)
@@ -65,7 +65,7 @@ static void estimate(kmp_sparse *s)
     s->operations = s->symbolic->est_flops + 2 * (s->symbolic->lnz + s->symbolic->unz);
 }
 
-void kmp_sparse_compress(int n, int nz, const int *row, const int *col, long *start, long *rows, int *place)
+void kmp_sparse_compress(int n, int nz, const int *row, const int *col, int64_t *start, int64_t *rows, int *place)
 {
     for (int k = 0; k < nz; k++)
         start[col[k] + 1]++;
@@ -125,7 +125,7 @@ kmp_sparse *kmp_sparse_new_columns(int n, int nz)
     return s;
 }
 
-bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row)
+bool kmp_sparse_take_columns(kmp_sparse *s, const int64_t *start, const int64_t *row)
 {
     s->nz = (int)start[s->n];
     memcpy(s->start, start, ((size_t)s->n + 1) * sizeof *start);
@@ -186,12 +186,12 @@ static void order_again(kmp_sparse *s)
 {
     kmp_arena room = {0};
     int *row, *col;
-    long *order;
+    int64_t *order;
     const int n = s->coordinates;
     s->coordinates = 0;
-    if (KMP_ARENA_MAKE(&room, KMP_ROOM(int, s->nz, &row, &col), KMP_ROOM(long, s->n, &order))) {
+    if (KMP_ARENA_MAKE(&room, KMP_ROOM(int, s->nz, &row, &col), KMP_ROOM(int64_t, s->n, &order))) {
         for (int j = 0; j < s->n; j++)
-            for (long e = s->start[j]; e < s->start[j + 1]; e++) {
+            for (int64_t e = s->start[j]; e < s->start[j + 1]; e++) {
                 row[e] = (int)s->row[e];
                 col[e] = j;
             }
@@ -237,7 +237,7 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
                                          : KMP_SPARSE_FAILED;
 }
 
-long kmp_sparse_fill(const kmp_sparse *s)
+int64_t kmp_sparse_fill(const kmp_sparse *s)
 {
     return s->numeric ? s->numeric->lnz + s->numeric->unz + s->numeric->nzoff : 0;
 }
@@ -266,7 +266,7 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse)
     *inverse = INFINITY;
     for (int j = 0; j < s->n; j++) {
         double sum = 0;
-        for (long k = s->start[j]; k < s->start[j + 1]; k++)
+        for (int64_t k = s->start[j]; k < s->start[j + 1]; k++)
             sum += fabs(s->value[k]);
         *norm = fmax(*norm, sum);
     }
@@ -319,7 +319,7 @@ typedef struct work {
     int heap_count;
     int *place; /* column -> 1 + its position in the current row, 0 when absent */
     int *r_at, *c_at, *r, *c;
-    long products, most_products, looks;
+    int64_t products, most_products, looks;
     bool exhausted;
 
     bool relaxed;                /* by thresholds; the members below are only for that */
@@ -699,10 +699,10 @@ static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
     return true;
 }
 
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, int64_t *products)
 {
     work w = {.m = a->m, .n = a->n, .fixed = fixed, .r = r, .c = c};
-    w.most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
+    w.most_products = PRODUCTS_EACH * ((int64_t)a->nz + a->m + a->n);
     const int m = a->m, n = a->n;
     bool ok = KMP_ARENA_MAKE(&w.arena, KMP_ROOM(entry *, m, &w.entries), KMP_ROOM(list, m, &w.row),
                              KMP_ROOM(int *, n, &w.rows), KMP_ROOM(list, n, &w.column),

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* m x n */
 typedef struct kmp_entries {
@@ -28,7 +29,7 @@ kmp_sparse *kmp_sparse_new_saddle(int n, int r, int nz, const int *row, const in
 
 /** The entries in compressed columns, whose `start` (n + 1) is zero before: their rows, and the place of each given
  * entry among them. */
-void kmp_sparse_compress(int n, int nz, const int *row, const int *col, long *start, long *rows, int *place);
+void kmp_sparse_compress(int n, int nz, const int *row, const int *col, int64_t *start, int64_t *rows, int *place);
 
 /** Sorts entries by their columns, which are below n. order (count) lists their numbers, column after column; start
  * (n + 1, zero before) has the place in it where each column begins. */
@@ -39,7 +40,7 @@ kmp_sparse *kmp_sparse_new_columns(int n, int nz);
 
 /** Takes compressed columns, once, before it is factored with values in their order. Uses only the memory of KLU;
  * false: no memory. */
-bool kmp_sparse_take_columns(kmp_sparse *s, const long *start, const long *row);
+bool kmp_sparse_take_columns(kmp_sparse *s, const int64_t *start, const int64_t *row);
 void kmp_sparse_free(kmp_sparse *s);
 
 typedef enum kmp_sparse_outcome {
@@ -59,7 +60,7 @@ double kmp_sparse_operations(const kmp_sparse *s);
 #define KMP_SPARSE_COST 8.0
 
 /** Entries of L, U and the blocks off the diagonal, as last factored; 0: there are no factors. */
-long kmp_sparse_fill(const kmp_sparse *s);
+int64_t kmp_sparse_fill(const kmp_sparse *s);
 
 /** x <- A^-1 x; x is n x m, leading dimension n. false, and x as it was: there are no factors. */
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);
@@ -73,4 +74,4 @@ void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse);
  * least goes first. This is threshold complete pivoting (Gill, Murray, Saunders, SIAM Review 47 (2005) 99); r, c and
  * pivots are then sorted by the size of the pivots. All pivots are NaN when an entry is not finite. *products (NULL:
  * not wanted): the number of products formed. False: no memory. */
-bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products);
+bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, int64_t *products);

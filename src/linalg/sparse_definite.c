@@ -4,6 +4,7 @@
 #include "linalg/sparse_definite.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <string.h>
 
 #if defined KEMPE_UMFPACK && defined KEMPE_CHOLMOD_LIBRARY
@@ -12,7 +13,6 @@
 
 #ifdef WITH_CHOLMOD
 #include <cholmod.h>
-#include <dlfcn.h>
 #include <pthread.h>
 
 #define FUNCTIONS(ONE) ONE(start) ONE(finish) ONE(analyze) ONE(factorize) ONE(solve) ONE(free_factor) ONE(free_dense)
@@ -27,10 +27,10 @@ static struct library {
 
 static void load(void)
 {
-    void *handle = dlopen(KEMPE_CHOLMOD_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    void *handle = kmp_library_open(KEMPE_CHOLMOD_LIBRARY);
     bool found = handle;
 #define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? dlsym(handle, "cholmod_l_" #name) : NULL;                                        \
+    *(void **)&library.name = found ? kmp_library_find(handle, "cholmod_l_" #name) : NULL;                             \
     found = library.name;
     FUNCTIONS(ONE)
 #undef ONE

@@ -30,8 +30,8 @@ typedef struct columns {
 struct kmp_sparse_lu {
     kmp_arena arena, factors; /* factors: of the present pivots */
     int n, nz;
-    long *start, *row; /* entries by columns, in the order that was given */
-    int *place;        /* of an entry among them */
+    int64_t *start, *row; /* entries by columns, in the order that was given */
+    int *place;           /* of an entry among them */
     double *value;
     klu_l_common common;
     klu_l_symbolic *symbolic;
@@ -42,7 +42,7 @@ struct kmp_sparse_lu {
     int parity;    /* of both permutations */
     columns l, u;
     double *work; /* n: a column; zero between uses */
-    long products;
+    int64_t products;
 };
 
 /* -- analysis ---------------------------------------------------------------------------------------- */
@@ -50,7 +50,7 @@ struct kmp_sparse_lu {
 static bool take_entries(kmp_sparse_lu *s, const int *row, const int *col)
 {
     const int n = s->n;
-    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(long, n + 1, &s->start), KMP_ROOM(long, s->nz, &s->row),
+    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(int64_t, n + 1, &s->start), KMP_ROOM(int64_t, s->nz, &s->row),
                         KMP_ROOM(double, s->nz, &s->value), KMP_ROOM(double, n, &s->work),
                         KMP_ROOM(int, n, &s->column, &s->position, &s->pivot), KMP_ROOM(int, s->nz, &s->place),
                         KMP_ROOM(int, n + 1, &s->l.start, &s->u.start)))
@@ -108,11 +108,11 @@ static int parity_of(int n, const int *order, double *seen)
 }
 
 /* Entries of KLU's columns without the diagonal, by ascending rows. */
-static void take_columns(columns *c, int n, const long *start, const long *row)
+static void take_columns(columns *c, int n, const int64_t *start, const int64_t *row)
 {
     int count = 0;
     for (int k = 0; k < n; k++) {
-        for (long e = start[k]; e < start[k + 1]; e++)
+        for (int64_t e = start[k]; e < start[k + 1]; e++)
             if (row[e] != k)
                 c->row[count++] = (int)row[e];
         c->start[k + 1] = count;
@@ -123,16 +123,17 @@ static void take_columns(columns *c, int n, const long *start, const long *row)
 static bool take_factors(kmp_sparse_lu *s, klu_l_numeric *numeric)
 {
     const int n = s->n;
-    const long lnz = numeric->lnz, unz = numeric->unz;
+    const int64_t lnz = numeric->lnz, unz = numeric->unz;
     kmp_arena room = {0};
-    long *lp, *up, *li, *ui, *p;
+    int64_t *lp, *up, *li, *ui, *p;
     double *lx, *ux;
     kmp_arena_free(&s->factors);
     memset(s->l.start, 0, ((size_t)n + 1) * sizeof(int));
     memset(s->u.start, 0, ((size_t)n + 1) * sizeof(int));
     bool ok =
-        KMP_ARENA_MAKE(&room, KMP_ROOM(long, n + 1, &lp, &up), KMP_ROOM(long, lnz, &li), KMP_ROOM(long, unz, &ui),
-                       KMP_ROOM(long, n, &p), KMP_ROOM(double, lnz, &lx), KMP_ROOM(double, unz, &ux)) &&
+        KMP_ARENA_MAKE(&room, KMP_ROOM(int64_t, n + 1, &lp, &up), KMP_ROOM(int64_t, lnz, &li),
+                       KMP_ROOM(int64_t, unz, &ui), KMP_ROOM(int64_t, n, &p), KMP_ROOM(double, lnz, &lx),
+                       KMP_ROOM(double, unz, &ux)) &&
         KMP_ARENA_MAKE(&s->factors, KMP_ROOM(int, lnz, &s->l.row), KMP_ROOM(int, unz, &s->u.row),
                        KMP_ROOM(double, lnz, &s->l.value), KMP_ROOM(double, unz, &s->u.value)) &&
         klu_l_sort(s->symbolic, numeric, &s->common) &&
@@ -162,7 +163,7 @@ static int choose_pivots(kmp_sparse_lu *s)
 {
     klu_l_numeric *numeric = klu_l_factor(s->start, s->row, s->value, s->symbolic, &s->common);
     s->pivoted = numeric && s->common.status == KLU_OK && take_factors(s, numeric);
-    const long rank = s->common.numerical_rank;
+    const int64_t rank = s->common.numerical_rank;
     const bool singular = s->common.status == KLU_SINGULAR && rank >= 0 && rank < s->n;
     klu_l_free_numeric(&numeric, &s->common);
     return s->pivoted ? 0 : singular ? 1 + (int)rank : 1;
@@ -182,7 +183,7 @@ static int eliminate(kmp_sparse_lu *s, double *inverse, bool *suit)
     int fault = 0;
     for (int k = 0; k < s->n; k++) {
         const int given = s->column[k];
-        for (long e = s->start[given]; e < s->start[given + 1]; e++) {
+        for (int64_t e = s->start[given]; e < s->start[given + 1]; e++) {
             w[s->position[s->row[e]]] = s->value[e];
             most_a = larger(most_a, s->value[e]);
         }
@@ -307,12 +308,13 @@ int kmp_sparse_lu_entries(const kmp_sparse_lu *s)
     return s->nz;
 }
 
-long kmp_sparse_lu_factor_products(const kmp_sparse_lu *s)
+int64_t kmp_sparse_lu_factor_products(const kmp_sparse_lu *s)
 {
-    return s->pivoted ? s->products : (long)s->symbolic->est_flops / 2;
+    return s->pivoted ? s->products : (int64_t)s->symbolic->est_flops / 2;
 }
 
-long kmp_sparse_lu_solve_products(const kmp_sparse_lu *s)
+int64_t kmp_sparse_lu_solve_products(const kmp_sparse_lu *s)
 {
-    return s->pivoted ? (long)s->l.start[s->n] + s->u.start[s->n] + s->n : (long)(s->symbolic->lnz + s->symbolic->unz);
+    return s->pivoted ? (int64_t)s->l.start[s->n] + s->u.start[s->n] + s->n
+                      : (int64_t)(s->symbolic->lnz + s->symbolic->unz);
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "linalg/dense/dense.h"
+#include <stdint.h>
 
 typedef struct kmp_sparse_lu kmp_sparse_lu;
 
@@ -30,5 +31,5 @@ void kmp_sparse_lu_solve_rows(const kmp_sparse_lu *s, const double *inverse, con
 int kmp_sparse_lu_entries(const kmp_sparse_lu *s);
 
 /** Products of a factorisation, and of a solution. */
-long kmp_sparse_lu_factor_products(const kmp_sparse_lu *s);
-long kmp_sparse_lu_solve_products(const kmp_sparse_lu *s);
+int64_t kmp_sparse_lu_factor_products(const kmp_sparse_lu *s);
+int64_t kmp_sparse_lu_solve_products(const kmp_sparse_lu *s);

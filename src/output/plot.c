@@ -7,7 +7,7 @@
 #include "base/file.h"
 #include "base/text.h"
 #include "output/result_table.h"
-#include <dlfcn.h>
+#include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <kempe/table.h>
 #include <math.h>
@@ -384,10 +384,10 @@ static bool load(library *l)
                                         "cairo_surface_write_to_png_stream",
                                         "cairo_destroy",
                                         "cairo_surface_destroy"};
-    void *at[sizeof names / sizeof *names], *opened = dlopen("librsvg-2.so.2", RTLD_NOW | RTLD_LOCAL);
+    void *at[sizeof names / sizeof *names], *opened = kmp_library_open("librsvg-2.so.2");
     bool all = opened;
     for (size_t k = 0; all && k < sizeof names / sizeof *names; k++)
-        all = (at[k] = dlsym(opened, names[k]));
+        all = (at[k] = kmp_library_find(opened, names[k]));
     _Static_assert(sizeof at == sizeof *l, "a name for each function");
     if (all)
         memcpy(l, at, sizeof at);

@@ -4,6 +4,7 @@
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "plain.h"
+#include "platform/platform.h"
 #include "random_graph.h"
 #include "symbolic/function_table.h"
 #include "symbolic/program.h"

@@ -3,7 +3,6 @@
 /* ctest: slow once 6 */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
 #include "backend/prepared.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
@@ -11,6 +10,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <pthread.h>

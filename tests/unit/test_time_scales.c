@@ -2,11 +2,11 @@
 /* Pulses in functions of time and of the motion, much shorter than the steps of a calm motion: the impulse is that of
  * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "platform/platform.h"
 #include <math.h>
 
 static double last_rate;

@@ -2,6 +2,7 @@
 /* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
  * long enough to be spilled, operands in memory and in registers, every register. */
 #include "backend/x86/registers.h"
+#include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
 #include <math.h>

@@ -8,7 +8,6 @@
 #include "analyses/parts/series_summary.h"
 #include "analyses/parts/told_tables.h"
 #include "base/arena.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -26,6 +25,7 @@
 #include "output/print.h"
 #include "output/reference.h"
 #include "output/samples.h"
+#include "platform/platform.h"
 #include <kempe/check.h>
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>

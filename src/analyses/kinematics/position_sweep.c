@@ -6,7 +6,6 @@
 #include "analyses/kinematics/sweep.h"
 #include "analyses/parts/ranges.h"
 #include "analyses/parts/told_tables.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
@@ -21,6 +20,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/samples.h"
+#include "platform/platform.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <kempe/kinematics.h>

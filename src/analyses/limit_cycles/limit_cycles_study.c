@@ -5,7 +5,6 @@
 #include "analyses/parts/ranges.h"
 #include "analyses/parts/unsupported.h"
 #include "base/arena.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -18,6 +17,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "pipeline.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/kempe.h>
 #include <kempe/limit_cycles.h>

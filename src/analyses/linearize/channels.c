@@ -3,7 +3,6 @@
  * the linear equations at the requested state. The state is checked for equilibrium. */
 #include "analyses/linearize/channels.h"
 #include "analyses/derivatives/sampled_motion.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
@@ -14,6 +13,7 @@
 #include "model/read/loads.h"
 #include "model/read/requests.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include "studies/simulate/observed.h"
 #include <kempe/extend.h>
 #include <math.h>

@@ -2,7 +2,6 @@
 /* The modes study: options by words, and results. */
 #include "analyses/modes/modes_study.h"
 #include "analyses/derivatives/sampled_motion.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
@@ -10,6 +9,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <math.h>
 #include <string.h>

@@ -22,7 +22,6 @@
 #include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
-#include "base/clock.h"
 #include "base/clones.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -32,6 +31,7 @@
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
 #include "model/data/state.h"
+#include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>

@@ -3,7 +3,6 @@
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "analyses/parts/study_print.h"
 #include "analyses/parts/unsupported.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
@@ -15,6 +14,7 @@
 #include "model/read/requests.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "platform/platform.h"
 #include "symbolic/table_function.h"
 #include <kempe/sensitivity.h>
 #include <math.h>

@@ -7,7 +7,6 @@
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/sensitivity_study.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
@@ -17,6 +16,7 @@
 #include "output/print.h"
 #include "output/reference.h"
 #include "pipeline.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
 #include <kempe/sensitivity.h>

@@ -5,7 +5,6 @@
 #include "base/clones.h"
 #include "base/memory.h"
 #include <string.h>
-#include <sys/mman.h>
 
 enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a byte */ };
 
@@ -215,7 +214,7 @@ void kmp_x86_return(kmp_x86 *c)
 
 bool kmp_x86_runs(kmp_x86_form form)
 {
-#if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
+#if defined(__x86_64__) && defined(__GNUC__)
     bool wide = kmp_x86_has_eights(form) ? kmp_has_eight() : __builtin_cpu_supports("avx");
     return wide && __builtin_cpu_supports("fma");
 #else
@@ -228,24 +227,4 @@ void kmp_x86_free(kmp_x86 *c)
 {
     kmp_free(c->code);
     *c = (kmp_x86){.form = c->form};
-}
-
-/* -- memory to run it in ----------------------------------------------------------------------------- */
-
-void *kmp_pages_new(const void *code, size_t size)
-{
-    void *pages = size > 0 ? mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) : MAP_FAILED;
-    if (pages == MAP_FAILED)
-        return NULL;
-    memcpy(pages, code, size);
-    if (mprotect(pages, size, PROT_READ | PROT_EXEC) == 0)
-        return pages;
-    (void)munmap(pages, size);
-    return NULL;
-}
-
-void kmp_pages_free(void *pages, size_t size)
-{
-    if (pages)
-        (void)munmap(pages, size);
 }

@@ -119,9 +119,3 @@ int kmp_x86_reach(kmp_x86_form form);
 bool kmp_x86_runs(kmp_x86_form form);
 
 void kmp_x86_free(kmp_x86 *c);
-
-/* Memory for machine code: written first, executable after, never both. */
-
-/** A copy of the code that can be run; NULL where the system does not allow it. */
-void *kmp_pages_new(const void *code, size_t size);
-void kmp_pages_free(void *pages, size_t size);

@@ -3,7 +3,6 @@
  * and reports the progress. Every other thread makes its engine when it takes its first chunk. */
 #include "ensemble/lanes/ensemble_run.h"
 #include "backend/time_scales.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
@@ -13,6 +12,7 @@
 #include "integrators/run/methods.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include "platform/platform.h"
 #include <math.h>
 #include <pthread.h>
 #include <string.h>

@@ -4,7 +4,6 @@
  * same bits with any number of threads. */
 #include "ensemble/optimize/optimize_study.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "constraints/tolerances.h"
@@ -14,6 +13,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <stdlib.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `generate --count`: operation counts of each requested set of equations derived separately, and of all as one
  * program. */
-#include "base/clock.h"
 #include "base/memory.h"
 #include "exchange/code/source.h"
 #include "model/data/model.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include <kempe/generate.h>
 #include <string.h>
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations written in a language: all texts are made before the first file is written. */
 #include "exchange/code/emitted.h"
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -12,6 +11,7 @@
 #include "exchange/code/write.h"
 #include "model/data/model.h"
 #include "output/print.h"
+#include "platform/platform.h"
 #include "symbolic/ops.h"
 #include <errno.h>
 #include <kempe/generate.h>
@@ -19,8 +19,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 struct kempe_code {
     kempe_context *context;
@@ -168,13 +166,13 @@ const kmp_code_source *kmp_code_source_of(const kempe_code *code)
 /* The place of a file and what it replaces: the target of a symbolic link. */
 static int stage(const char *folder, const kmp_code_file *file, kmp_text *path, kmp_text *temporary)
 {
-    char target[PATH_MAX];
-    struct stat old;
+    char target[KMP_PATH_MOST];
+    kmp_path_state old;
     kmp_text_printf(path, "%s/%s", folder, file->name);
-    const bool exists = !path->failed && stat(path->s, &old) == 0;
-    if (exists && !S_ISREG(old.st_mode))
-        return S_ISDIR(old.st_mode) ? EISDIR : EINVAL;
-    if (exists && realpath(path->s, target)) {
+    const bool exists = !path->failed && kmp_path_look(path->s, &old);
+    if (exists && old.kind != KMP_PATH_FILE)
+        return old.kind == KMP_PATH_FOLDER ? EISDIR : EINVAL;
+    if (exists && kmp_path_real(path->s, target)) {
         kmp_text_free(path);
         kmp_text_put(path, target);
     }
@@ -194,13 +192,13 @@ static kempe_status write_files(kempe_context *context, const char *folder, cons
         staged += !error;
     }
     while (!error && named < count) {
-        error = rename(temporary[named].s, path[named].s) == 0 ? 0 : errno;
+        error = kmp_path_rename(temporary[named].s, path[named].s);
         named += !error;
     }
     const char *wrong = error && error != ENOMEM ? path[staged < count ? staged : named].s : folder;
     kempe_status status = kmp_temporary_report(context, wrong, error);
     for (int k = named; k < staged; k++)
-        unlink(temporary[k].s);
+        (void)kmp_path_remove(temporary[k].s);
     for (int k = 0; path && temporary && k < count; k++) {
         kmp_text_free(&path[k]);
         kmp_text_free(&temporary[k]);

@@ -15,14 +15,11 @@
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/zip_archive.h"
-#include <fcntl.h>
+#include "platform/platform.h"
 #include <kempe/generate.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 struct kempe_fmu_export {
     kempe_context *context;
@@ -194,48 +191,11 @@ static bool add_texts(kempe_fmu_export *made)
 
 /* -- the binary of this platform ------------------------------------------------------------------------- */
 
-extern char **environ;
-
 enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
-
-/* The name of the binary in the archive, "" on a platform without one. */
-static const char *binary_folder(int fmi)
-{
-#if defined(__linux__) && defined(__x86_64__)
-    return fmi == 2 ? "linux64" : "x86_64-linux";
-#elif defined(__linux__) && defined(__aarch64__)
-    return fmi == 2 ? "aarch64-linux" : "aarch64-linux";
-#elif defined(__APPLE__) && defined(__x86_64__)
-    return fmi == 2 ? "darwin64" : "x86_64-darwin";
-#elif defined(__APPLE__)
-    return fmi == 2 ? "darwin64" : "aarch64-darwin";
-#else
-    (void)fmi;
-    return "";
-#endif
-}
 
 static char *path_in(kmp_arena *arena, const char *folder, const char *name)
 {
     return kmp_arena_printf(arena, "%s/%s", folder, name);
-}
-
-/* Runs the words in the folder, output in the file `said`; the exit status, -1: it did not run. */
-static int run_words(char *const *words, const char *said)
-{
-    posix_spawn_file_actions_t actions;
-    pid_t child = 0;
-    int state = -1;
-    if (posix_spawn_file_actions_init(&actions) != 0)
-        return -1;
-    bool ok =
-        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said, O_WRONLY | O_CREAT | O_TRUNC, 0600) == 0 &&
-        posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO) == 0 &&
-        posix_spawnp(&child, words[0], &actions, NULL, words, environ) == 0;
-    posix_spawn_file_actions_destroy(&actions);
-    if (!ok || waitpid(child, &state, 0) != child || !WIFEXITED(state))
-        return -1;
-    return WEXITSTATUS(state);
 }
 
 /* The first line of the compiler's output that says error, otherwise the first one. */
@@ -281,7 +241,7 @@ static kempe_status build(kempe_context *context, kmp_arena *arena, const char *
     words[count] = NULL;
     if (arena->failed)
         return kmp_fail_memory(context);
-    int code = run_words(words, said);
+    int code = kmp_process_run(words, said);
     if (code != 0)
         return tell_failure(context, compiler, code, said);
     KMP_TRY(kmp_file_read(context, KMP_FILE_BINARY, out, &text, &length));
@@ -296,14 +256,14 @@ static void remove_folder(kmp_arena *arena, const kmp_code_files *files, const c
     for (int k = 0; k < files->count; k++) {
         char *path = path_in(arena, folder, files->file[k].name);
         if (path)
-            (void)unlink(path);
+            (void)kmp_path_remove(path);
     }
     for (size_t k = 0; k < sizeof made / sizeof *made; k++) {
         char *path = path_in(arena, folder, made[k]);
         if (path)
-            (void)unlink(path);
+            (void)kmp_path_remove(path);
     }
-    (void)rmdir(folder);
+    (void)kmp_folder_remove(folder);
 }
 
 /* Compiles the files with `compiler`, in a folder that is removed afterwards; the bytes of the shared library are
@@ -312,12 +272,12 @@ static kempe_status compile(kempe_context *context, const kmp_code_files *files,
                             const char *compiler, kmp_text *bytes)
 {
     kmp_arena arena = {0};
-    const char *given = getenv("TMPDIR");
-    char *folder = kmp_arena_printf(&arena, "%s/kempe-XXXXXX", given && *given ? given : "/tmp");
+    char above[KMP_PATH_MOST];
+    kmp_path_temporary(above);
+    char *folder = kmp_arena_printf(&arena, "%s/kempe-XXXXXX", above);
     kempe_status status = folder ? KEMPE_OK : kmp_fail_memory(context);
-    if (status == KEMPE_OK && !mkdtemp(folder)) {
-        status = kmp_fail(context, KEMPE_E_IO, "cannot make a folder in '%s' for the compiler",
-                          given && *given ? given : "/tmp");
+    if (status == KEMPE_OK && !kmp_folder_temporary(folder)) {
+        status = kmp_fail(context, KEMPE_E_IO, "cannot make a folder in '%s' for the compiler", above);
     } else if (status == KEMPE_OK) {
         for (int k = 0; k < files->count && status == KEMPE_OK; k++) {
             char *path = path_in(&arena, folder, files->file[k].name);
@@ -333,11 +293,12 @@ static kempe_status compile(kempe_context *context, const kmp_code_files *files,
 
 static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
-    const char *folder = binary_folder(made->plan.fmi);
+    const char *folder = kmp_platform_of_units(made->plan.fmi);
     if (!*folder)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "binaries of units are not made on this platform: use --no-binary");
-    kmp_text *bytes = kmp_code_add(&made->files, "binaries/%s/%s.so", folder, made->plan.source->name);
+    kmp_text *bytes =
+        kmp_code_add(&made->files, "binaries/%s/%s%s", folder, made->plan.source->name, kmp_library_ending);
     return bytes ? compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
                  : kmp_fail_memory(made->context);
 }
@@ -357,9 +318,8 @@ static kempe_status add_bytes(kempe_context *context, kmp_code_files *files, con
 static kempe_status find_files(const kempe_model *model, kmp_arena *arena, char **whole, size_t *common)
 {
     for (int k = 0; k < model->source.path_count; k++) {
-        char *path = realpath(model->source.paths[k], NULL);
-        whole[k] = path ? kmp_arena_strdup(arena, path) : NULL;
-        free(path);
+        char path[KMP_PATH_MOST];
+        whole[k] = kmp_path_real(model->source.paths[k], path) ? kmp_arena_strdup(arena, path) : NULL;
         if (!whole[k])
             return kmp_fail(model->context, KEMPE_E_INPUT,
                             "the file '%s' of the model is not there: a unit on the library contains the model's files",
@@ -400,7 +360,7 @@ static kempe_status add_resources(kmp_code_files *files, kmp_arena *arena, const
 {
     const char *main_file = "model/model.yaml";
     kmp_text list = {0};
-    const bool has_file = model->source.path_count > 0 && access(model->source.paths[0], R_OK) == 0;
+    const bool has_file = model->source.path_count > 0 && kmp_path_readable(model->source.paths[0]);
     if (model->source.document && !has_file) /* built in code, or read from a text */
         KMP_TRY(add_bytes(model->context, files, main_file, model->source.document, strlen(model->source.document)));
     else
@@ -430,7 +390,8 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     KMP_TRY(kmp_made(made->context, add_texts(made)));
     KMP_TRY(add_resources(&made->files, &made->arena, model));
     KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
-    kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s.so", binary_folder(plan->fmi), plan->source->name);
+    kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s%s", kmp_platform_of_units(plan->fmi),
+                                    plan->source->name, kmp_library_ending);
     if (binary)
         kmp_text_append(binary, bytes, length);
     kmp_free(bytes);

@@ -7,11 +7,11 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "model/data/shape.h"
+#include "platform/platform.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <unistd.h>
 
 /* -- attributes ---------------------------------------------------------------------------------------- */
 
@@ -280,11 +280,10 @@ enum { MOST_FOLDERS_UP = 8 };
 static const char *try_path(const kmp_import *im, int up, const char *path)
 {
     static const char ups[] = "../../../../../../../../";
-    const char *slash = strrchr(im->file, '/');
-    int folder = slash ? (int)(slash - im->file) + 1 : 0;
+    int folder = (int)kmp_path_folder(im->file);
     const char *name = kmp_arena_printf(im->arena, "%.*s%s", 3 * up, ups, path);
     const char *whole = name ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, name) : NULL;
-    return whole && access(whole, R_OK) == 0 ? name : NULL;
+    return whole && kmp_path_readable(whole) ? name : NULL;
 }
 
 /* The path of a mesh relative to the model's file; NULL: it is not found. */
@@ -293,10 +292,10 @@ static const char *find_mesh(const kmp_import *im, const char *uri)
     const char *scheme = strstr(uri, "://"), *path = scheme ? scheme + 3 : uri, *found = NULL;
     bool package = scheme && strncmp(uri, "file:", 5) != 0;
     const char *inside = package ? strchr(path, '/') : NULL; /* of the package */
-    if (!package && path[0] == '/')
-        return access(path, R_OK) == 0 ? path : NULL;
+    if (!package && kmp_path_is_whole(path))
+        return kmp_path_readable(path) ? path : NULL;
     for (int up = 0; !found && up <= (package ? MOST_FOLDERS_UP : 0); up++) {
-        found = path[0] != '/' ? try_path(im, up, path) : NULL;
+        found = !kmp_path_is_whole(path) ? try_path(im, up, path) : NULL;
         if (!found && inside && inside[1])
             found = try_path(im, up, inside + 1);
     }
@@ -305,8 +304,8 @@ static const char *find_mesh(const kmp_import *im, const char *uri)
 
 bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why)
 {
-    const char *found = find_mesh(im, uri), *slash = strrchr(im->file, '/');
-    int folder = slash && found && found[0] != '/' ? (int)(slash - im->file) + 1 : 0;
+    const char *found = find_mesh(im, uri);
+    int folder = found && !kmp_path_is_whole(found) ? (int)kmp_path_folder(im->file) : 0;
     const char *path = found ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, found) : NULL;
     kempe_context *aside = path ? kempe_context_new() : NULL;
     char *text = NULL;

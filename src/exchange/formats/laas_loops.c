@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "exchange/formats/importing.h"
 #include "model/language/nearest.h"
+#include "platform/platform.h"
 #include <ctype.h>
-#include <dirent.h>
 #include <string.h>
 
 typedef struct pairs {
@@ -23,27 +23,25 @@ static const char *const known[] = {"closed_loop", "type", "joint_name", "joint_
  * files have it. */
 static char *find_file(const char *folder, const char *ending, int *count)
 {
-    DIR *stream = opendir(folder);
+    kmp_folder_names *names = kmp_folder_names_begin(folder);
     char *first = NULL;
     *count = 0;
-    for (const struct dirent *d = stream ? readdir(stream) : NULL; d; d = readdir(stream)) {
-        if (d->d_name[0] == '.' || strcmp(kmp_file_ending(d->d_name), ending) != 0)
+    for (const char *name = names ? kmp_folder_names_next(names) : NULL; name; name = kmp_folder_names_next(names)) {
+        if (name[0] == '.' || strcmp(kmp_file_ending(name), ending) != 0)
             continue;
         *count += 1;
-        if (first && strcmp(d->d_name, first) > 0)
+        if (first && strcmp(name, first) > 0)
             continue;
         kmp_free(first);
-        first = kmp_strdup(d->d_name);
+        first = kmp_strdup(name);
     }
-    if (stream)
-        closedir(stream);
+    kmp_folder_names_end(names);
     return first;
 }
 
 static const char *beside(kmp_import *im, const char *name)
 {
-    const char *slash = strrchr(im->file, '/');
-    return kmp_arena_printf(im->arena, "%.*s%s", slash ? (int)(slash + 1 - im->file) : 0, im->file, name);
+    return kmp_arena_printf(im->arena, "%.*s%s", (int)kmp_path_folder(im->file), im->file, name);
 }
 
 /* A robot of another name is taken if it is the only one in the folder. */
@@ -71,7 +69,7 @@ static bool read_robot(pairs *p)
     kempe_context *aside = kempe_context_new();
     char *text = NULL;
     size_t length;
-    const char *slash = strrchr(p->im->file, '/'), *from = slash ? slash + 1 : p->im->file;
+    const char *from = kmp_path_name(p->im->file);
     p->file = kmp_arena_printf(p->im->arena, "%.*s.urdf", (int)(strlen(from) - strlen(kmp_file_ending(from))), from);
     p->path = p->file ? beside(p->im, p->file) : NULL;
     bool read = aside && p->path && kmp_file_read(aside, KMP_FILE_INCLUDED, p->path, &text, &length) == KEMPE_OK;

@@ -12,6 +12,7 @@
 #include "model/data/place.h"
 #include "model/data/shape.h"
 #include "model/language/nearest.h"
+#include "platform/platform.h"
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -318,9 +319,8 @@ static const kmp_element *asset_of(kmp_mjcf *m, const char *word, const char *na
     for (; asset; asset = kmp_element_again(asset))
         for (const kmp_element *e = kmp_element_find(asset, word); e; e = kmp_element_again(e)) {
             const char *own = kmp_element_text(e, "name"), *file = kmp_element_text(e, "file");
-            const char *last = file ? strrchr(file, '/') : NULL;
+            const char *last = file ? kmp_path_name(file) : NULL;
             size_t length = strlen(name);
-            last = last ? last + 1 : file;
             if (own ? strcmp(own, name) == 0 : last && strncmp(last, name, length) == 0 && last[length] == '.')
                 return e;
         }
@@ -363,7 +363,7 @@ static bool find_asset(kmp_mjcf *m, const kmp_mjcf_item *item, asset *a)
     kmp_mjcf_numbers(m, &mesh, "refpos", 3, 3, a->reference.p);
     if (kmp_mjcf_numbers(m, &mesh, "refquat", 4, 4, turn) > 0 && !kmp_frame_turn(turn, a->reference.r))
         kmp_import_complain(m->im, e->place, "refquat", kmp_mjcf_text(&mesh, "refquat"), "has no length");
-    a->path = m->meshes && file[0] != '/' ? kmp_arena_printf(m->im->arena, "%s/%s", m->meshes, file) : file;
+    a->path = m->meshes && !kmp_path_is_whole(file) ? kmp_arena_printf(m->im->arena, "%s/%s", m->meshes, file) : file;
     return a->path;
 }
 

@@ -9,6 +9,7 @@
 #include "exchange/formats/importing.h"
 #include "model/data/place.h"
 #include "model/language/limits.h"
+#include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
@@ -145,11 +146,10 @@ static void add_model(kmp_sdf *s, const kmp_element *e, const kmp_element *place
 static void add_included(kmp_sdf *s, const kmp_element *include, int model, int level)
 {
     kmp_import *im = s->im;
-    const char *uri = kmp_import_attribute(im, include, "uri"), *name = kmp_element_text(include, "name"),
-               *slash = strrchr(im->file, '/');
+    const char *uri = kmp_import_attribute(im, include, "uri"), *name = kmp_element_text(include, "name");
     if (!uri)
         return;
-    if (strstr(uri, "://") || uri[0] == '/') {
+    if (strstr(uri, "://") || kmp_path_is_whole(uri)) {
         kmp_import_complain(
             im, include->place, "include", uri,
             "is not a file in this folder: only relative names are read; copy the model into the folder");
@@ -164,7 +164,8 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
                             "includes itself, directly or through other files, or there are too many of them");
         return;
     }
-    const char *path = slash ? kmp_arena_printf(im->arena, "%.*s%s", (int)(slash - im->file) + 1, im->file, uri) : uri;
+    const int folder = (int)kmp_path_folder(im->file);
+    const char *path = folder > 0 ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, uri) : uri;
     const kmp_element *file = path ? load(s, include, path) : NULL, *e = kmp_element_find(file, "model");
     int version = file && strcmp(file->name, "sdf") == 0 ? version_of(im, file) : 0;
     if (!file || !version || !e || kmp_element_again(e)) {

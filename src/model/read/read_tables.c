@@ -10,6 +10,7 @@
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "platform/platform.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -176,8 +177,9 @@ static bool read_sheet(sheet *s, const char *text)
 
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
 {
-    const char *from = r->model->source.files[file], *slash = strrchr(from, '/');
-    return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
+    const char *from = r->model->source.files[file];
+    const size_t folder = kmp_path_folder(from);
+    return kmp_path_is_whole(name) || folder == 0 ? name : kmp_reader_say(r, "%.*s%s", (int)folder, from, name);
 }
 
 char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,

@@ -38,6 +38,7 @@
 #include "model/read/reading.h"
 #include "model/read/rope_elements.h"
 #include "model/read/segments.h"
+#include "platform/platform.h"
 #include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
@@ -61,8 +62,7 @@ bool kmp_read_version(kmp_reader *r, const kmp_yaml *root, const char *what)
 /* The file's name without folders and ending. */
 static const char *name_of_file(kmp_reader *r)
 {
-    const char *slash = strrchr(r->file, '/');
-    const char *base = slash ? slash + 1 : r->file;
+    const char *base = kmp_path_name(r->file);
     const char *dot = strrchr(base, '.');
     size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
     char *name = kmp_arena_printf(&r->scratch, "%.*s", (int)length, base);

@@ -4,6 +4,7 @@
 #include "rail/places/row_code.h"
 #include "backend/prepared.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <math.h>
 
 /* KIND: from which on the kinds of these forms of programs are, beyond the kinds of kmp_x86_form. LEAST: the number of

@@ -3,6 +3,7 @@
  * side in registers. Values that nothing else reads stay there. */
 #pragma once
 
+#include "base/clones.h"
 #include "symbolic/program_forms.h"
 #include <stddef.h>
 
@@ -19,7 +20,7 @@ typedef struct kmp_row_address {
 } kmp_row_address;
 
 /** From the first slot, the first place, and the values that are equal in all lanes. */
-typedef void kmp_row_routine(double *slots, const double *places, const double *equal);
+typedef void KMP_MACHINE_CODE kmp_row_routine(double *slots, const double *places, const double *equal);
 
 /** The instructions by slot in [first, end). */
 typedef struct kmp_row_piece {

@@ -7,6 +7,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
+#include "platform/platform.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_runs.h"
 #include <float.h>
@@ -646,12 +647,6 @@ static kempe_status conclude(kmp_compare_job *j)
 
 /* -- preparing --------------------------------------------------------------------------------------- */
 
-static const char *base_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
 /* Takes only the given table: errors are judged at its rows only. */
 static void take_given(kmp_compare_job *j, kmp_reference *given, const char *name)
 {
@@ -715,9 +710,9 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     KMP_TRY(kmp_reference_read(c->system, path, &given));
     kmp_samples_limit(&given, c->t_end);
     if (given.rows < MANY_ROWS)
-        status = extend_given(j, &given, base_name(path));
+        status = extend_given(j, &given, kmp_path_name(path));
     else
-        take_given(j, &given, base_name(path));
+        take_given(j, &given, kmp_path_name(path));
     kmp_samples_free(&given);
     j->reference.shared = c->shared;
     return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
