@@ -3,7 +3,6 @@
 /* wings: road */
 /* Every allocation fails once (test_memory.c), of the page of a run with contacts, gears, ropes, a cam and a tyre. */
 #include "exhaust.h"
-#include "javascript_folder.h"
 
 static const char *const text =
     "kempe: 1\n"
@@ -43,7 +42,7 @@ static void every_allocation_fails(void)
 {
     scene s = {.context = kempe_context_new(), .csv = "/tmp/kempe_memory_page_XXXXXX"};
     const int file = mkstemp(s.csv);
-    CHECK(file >= 0 && close(file) == 0 && make_libraries(s.context));
+    CHECK(file >= 0 && close(file) == 0);
     CHECK(kempe_model_read_text(s.context, text, "pages", &s.model) == KEMPE_OK);
     if (s.model)
         CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
@@ -54,7 +53,6 @@ static void every_allocation_fails(void)
     else
         printf("%s\n", kempe_context_message(s.context));
     (void)remove(s.csv);
-    remove_libraries();
     kempe_trajectory_free(s.trajectory);
     kempe_system_free(s.system);
     kempe_model_free(s.model);

@@ -348,25 +348,48 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 
+static void piece_normal(kmp_graph *g, const kmp_piece *piece, kmp_ref x, kmp_ref y, kmp_ref normal[2])
+{
+    for (int i = 0; i < 2; i++)
+        normal[i] = kmp_const(g, piece->normal[i]);
+    if (!piece->arc)
+        return;
+    const kmp_ref dx = kmp_sub(g, x, kmp_const(g, piece->centre[0])),
+                  dy = kmp_sub(g, y, kmp_const(g, piece->centre[1]));
+    const kmp_ref size = kmp_sqrt(g, product_sum(g, dx, dx, dy, dy));
+    const kmp_ref over = kmp_div(g, kmp_const(g, piece->turn < 0 ? -1 : 1), size);
+    normal[0] = kmp_mul(g, over, dx);
+    normal[1] = kmp_mul(g, over, dy);
+}
+
+/* The gradient of the height in run_gap. */
+static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
+                       kmp_ref normal[2])
+{
+    kmp_graph *g = tree->graph;
+    const run_rows rows = rows_of(g, first);
+    const kmp_ref index = index_of(tree, first, place, x, y), nx = number_of(g, &rows, COLUMN_NORMAL_X, index);
+    const kmp_ref ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
+    kmp_ref u[2];
+    from_centre(g, &rows, index, x, y, u);
+    const kmp_ref size = kmp_sqrt(g, product_sum(g, u[0], u[0], u[1], u[1]));
+    const kmp_ref over = kmp_div(g, number_of(g, &rows, COLUMN_ROUND, index), size);
+    normal[0] = kmp_add(g, nx, kmp_mul(g, over, u[0]));
+    normal[1] = kmp_add(g, ny, kmp_mul(g, over, u[1]));
+}
+
 /* The normal at the folded place, turned back to the copy where the place is. */
 void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref normal[2])
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    const kmp_piece *piece = &part->piece;
     kmp_ref x = place->x[0], y = place->x[1], before;
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
-    for (int i = 0; i < 2; i++)
-        normal[i] = kmp_const(g, piece->normal[i]);
-    if (piece->arc) {
-        const kmp_ref dx = kmp_sub(g, x, kmp_const(g, piece->centre[0])),
-                      dy = kmp_sub(g, y, kmp_const(g, piece->centre[1]));
-        const kmp_ref size = kmp_sqrt(g, kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy)));
-        const kmp_ref over = kmp_div(g, kmp_const(g, piece->turn < 0 ? -1 : 1), size);
-        normal[0] = kmp_mul(g, over, dx);
-        normal[1] = kmp_mul(g, over, dy);
-    }
+    if (part->next)
+        run_normal(tree, part, place, x, y, normal);
+    else
+        piece_normal(g, &part->piece, x, y, normal);
     if (!part->fold)
         return;
     const kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y));
