@@ -37,7 +37,7 @@ static void restored(const method *m, int samples)
     kempe_work before = kempe_stepper_work(a);
     CHECK(kempe_stepper_advance(a, 0.61) == KEMPE_OK);
     CHECK(kempe_stepper_set_input(a, 0, 3) == KEMPE_OK);
-    CHECK(kempe_stepper_advance(a, 4) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK);
     if (strcmp(m->formulation, "reduced") == 0)
         CHECK(kempe_stepper_work(a).exchanges > before.exchanges);
     memcpy(end[0], kempe_stepper_q(a), sizeof end[0]);
@@ -47,14 +47,14 @@ static void restored(const method *m, int samples)
     CHECK(kempe_stepper_restore(a, state) == KEMPE_OK);
     CHECK(kempe_stepper_advance(a, 0.61) == KEMPE_OK);
     CHECK(kempe_stepper_set_input(a, 0, 3) == KEMPE_OK);
-    CHECK(kempe_stepper_advance(a, 4) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK);
     memcpy(end[1], kempe_stepper_q(a), sizeof end[1]);
     CHECK(memcmp(end[0], end[1], sizeof end[0]) == 0);
     CHECK(kempe_stepper_reset(a) == KEMPE_OK && kempe_stepper_time(a) == 0);
     kempe_stepper_free(b);
     b = NULL;
     CHECK(kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
-    CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK && kempe_stepper_advance(b, 2) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 1) == KEMPE_OK && kempe_stepper_advance(b, 1) == KEMPE_OK);
     check_equal(a, b, n);
     kempe_stepper_state_free(state);
     kempe_stepper_free(a);
@@ -93,12 +93,12 @@ static void saved_twice(void)
             for (int k = 0; k < 4; k++) {
                 CHECK(k == 0 || kempe_stepper_restore(a, state[k - 1]) == KEMPE_OK);
                 CHECK(memcmp(q, kempe_stepper_q(a), size) == 0);
-                CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK);
+                CHECK(kempe_stepper_advance(a, 0.8) == KEMPE_OK);
                 memcpy(end[k], kempe_stepper_q(a), size);
                 CHECK(memcmp(end[k], end[0], size) == 0);
             }
             CHECK(kempe_stepper_restore(a, state[0]) == KEMPE_OK && kempe_stepper_copy(a, &b) == KEMPE_OK);
-            CHECK(kempe_stepper_advance(b, 2) == KEMPE_OK && memcmp(end[0], kempe_stepper_q(b), size) == 0);
+            CHECK(kempe_stepper_advance(b, 0.8) == KEMPE_OK && memcmp(end[0], kempe_stepper_q(b), size) == 0);
             for (int k = 0; k < 3; k++)
                 kempe_stepper_state_free(state[k]);
             kempe_stepper_free(a);

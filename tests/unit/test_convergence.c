@@ -342,9 +342,10 @@ static void the_beginning_is_a_part(void)
     scene s;
     kempe_trajectory *parts = NULL, *exact = NULL;
     open_scene(&s, NULL, "examples/bogie_track/bogie_track.yaml");
-    kempe_run_options options = {.rtol = 1e-8, .formulation = "reduced"};
+    kempe_run_options options = {.rtol = 1e-8, .t_end = 5, .formulation = "reduced"};
     CHECK(run(&s, &options, &parts) == KEMPE_OK && of_check(parts, "parts") > 2);
-    options = (kempe_run_options){.rtol = 1e-11, .t_end = 1, .formulation = "reduced", .integrator = "radau"};
+    options = (kempe_run_options){
+        .rtol = 1e-11, .t_end = 0.02, .formulation = "reduced", .integrator = "radau", .no_convergence_check = 1};
     CHECK(run(&s, &options, &exact) == KEMPE_OK);
     const double begin = first_difference(parts, exact, s.system->n);
     CHECK(begin > 1e-9 && of_check(parts, "total") > begin / 2);
