@@ -51,9 +51,9 @@ typedef struct kmp_tyre {
     const char *file;  /* NULL: brush */
 } kmp_tyre;
 
-/** Which equations a tyre by a file has: implementations of the Magic Formula differ. */
+/** Prints the equations that a tyre by a file has, because implementations of the Magic Formula differ. */
 void kmp_tyre_put_form(kmp_text *text, const kmp_tyre *tyre);
 
-/** The next line of the tyres by files, those with the same equations together, from tyre *next on, which it moves.
- * False: there are no more. */
+/** Prints the next line of the tyres by files, from tyre *next on, which it moves. Tyres with the same equations are in
+ * one line. False: there are no more. */
 bool kmp_tyres_put_forms(kmp_text *text, const kempe_model *model, int *next);

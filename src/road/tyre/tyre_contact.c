@@ -70,8 +70,8 @@ static bool is_kinked(const kmp_expr *e, const void *user)
            (e->function == KMP_FUNCTION_abs || e->function == KMP_FUNCTION_min || e->function == KMP_FUNCTION_max);
 }
 
-/* The height under the centre and its slope. It is derived by a leaf, which the place then replaces. Where the height
- * has a kink the slope jumps, and with it the tangential force: it is a bend, as in a closure. */
+/* The height under the centre and its slope. It is derived by a leaf, which the place then replaces. At a kink
+ * of the height its slope jumps, and so does the tangential force. Such a kink is a bend, as in a closure. */
 static void find_height(const kmp_tree *tree, const kmp_force *force, kmp_ref x, kmp_ref *height, kmp_ref *slope)
 {
     kmp_graph *g = tree->graph;
