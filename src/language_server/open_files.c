@@ -124,7 +124,7 @@ static void free_file(kmp_open_file *file)
     kmp_free(file);
 }
 
-bool kmp_file_open(kempe_language_server *s, const char *uri, const char *text, long version)
+bool kmp_open_file_add(kempe_language_server *s, const char *uri, const char *text, long version)
 {
     kmp_open_file *file = kmp_file_of_uri(s, uri), **files;
     if (file)
@@ -145,7 +145,7 @@ bool kmp_file_open(kempe_language_server *s, const char *uri, const char *text, 
     return true;
 }
 
-void kmp_file_close(kempe_language_server *s, kmp_open_file *file)
+void kmp_open_file_remove(kempe_language_server *s, kmp_open_file *file)
 {
     for (int k = 0; k < s->file_count; k++)
         if (s->files[k] == file) {

@@ -230,7 +230,7 @@ static void close_file(kempe_language_server *s, kmp_open_file *file)
     kmp_text_printf(&s->output, "Content-Length: %zu\r\n\r\n", body.length);
     kmp_text_append(&s->output, body.s ? body.s : "", body.length);
     kmp_text_free_part(&s->output, &body);
-    kmp_file_close(s, file);
+    kmp_open_file_remove(s, file);
 }
 
 static void take_notification(kempe_language_server *s, const char *method, const kmp_json_value *parameters)
@@ -243,7 +243,7 @@ static void take_notification(kempe_language_server *s, const char *method, cons
     else if (!s->begun || s->shut)
         return;
     else if (strcmp(method, "textDocument/didOpen") == 0 && uri && text)
-        s->output.failed = !kmp_file_open(s, uri, text, kmp_json_count(document, "version")) || s->output.failed;
+        s->output.failed = !kmp_open_file_add(s, uri, text, kmp_json_count(document, "version")) || s->output.failed;
     else if (strcmp(method, "textDocument/didChange") == 0 && file)
         take_changes(s, file, kmp_json_count(document, "version"), kmp_json_member(parameters, "contentChanges"));
     else if (strcmp(method, "textDocument/didClose") == 0 && file)
@@ -375,7 +375,7 @@ void kempe_language_server_free(kempe_language_server *server)
     if (!server)
         return;
     while (server->file_count > 0)
-        kmp_file_close(server, server->files[0]);
+        kmp_open_file_remove(server, server->files[0]);
     kmp_free(server->files);
     kmp_text_free(&server->input);
     kmp_text_free(&server->output);

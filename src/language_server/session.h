@@ -62,9 +62,9 @@ kmp_open_file *kmp_file_of_uri(kempe_language_server *s, const char *uri);
 kmp_open_file *kmp_file_of_path(kempe_language_server *s, const char *path);
 
 /** Takes the text of a file as its present one, which is then the server's. False: no memory. */
-bool kmp_file_open(kempe_language_server *s, const char *uri, const char *text, long version);
+bool kmp_open_file_add(kempe_language_server *s, const char *uri, const char *text, long version);
 bool kmp_file_take(kempe_language_server *s, kmp_open_file *file, char *text, long version);
-void kmp_file_close(kempe_language_server *s, kmp_open_file *file);
+void kmp_open_file_remove(kempe_language_server *s, kmp_open_file *file);
 
 /** True if the text is a model of Kempe, or has no key yet. */
 bool kmp_file_is_model(const kmp_open_file *file);
