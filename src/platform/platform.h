@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* All that systems do differently: paths, files, folders, clocks, memory for machine code, threads, processes, signals,
- * libraries, terminals. One side is in platform_posix.c, one in platform_windows.c. No other file depends on the system.
+ * libraries, terminals. One side is in platform_posix.c, one in platform_windows.c. No other file depends on the
+ * system.
  *
  * Paths and words are UTF-8 and end with zero; files are bytes, so lines end as they are written. After an error,
  * functions that return a file return -1, functions that return bool return false, and errno has the reason. */
