@@ -94,6 +94,7 @@ new OUT/first ; check OUT/first.yaml
 new OUT/Öl ; check OUT/Öl.yaml ; simulate OUT/Öl.yaml {SHORT} -o OUT/Länge.csv
 check tests/malformed/unknown_key.yaml
 simulate {FOUR} --no-such-option
+new --elements
 help simulate"""
 
 NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|NaN|inf(?:inity)?", re.I)
