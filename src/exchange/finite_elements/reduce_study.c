@@ -9,7 +9,6 @@
 #include <kempe/reduce.h>
 #include <math.h>
 #include <string.h>
-#include <sys/stat.h>
 
 struct kempe_reduction {
     kempe_context *context;
