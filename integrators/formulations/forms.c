@@ -68,7 +68,7 @@ typedef struct dae {
     int n, m, r;
     double tolerance; /* of an angle */
     int *position;    /* m: position of a row among the independent ones, -1 when dropped */
-    long *col_start, *row;
+    int64_t *col_start, *row;
     double *differential, *factor;
     term *terms;
     int term_count;
@@ -179,7 +179,7 @@ static bool compress(dae *d)
     int size = d->formulation.size, nz = 0;
     add_terms(d);
     if (!KMP_ARENA_MAKE(&d->formulation.arena, KMP_ROOM(term, d->term_count, &d->terms),
-                        KMP_ROOM(long, size + 1, &d->col_start), KMP_ROOM(long, d->term_count, &d->row)))
+                        KMP_ROOM(int64_t, size + 1, &d->col_start), KMP_ROOM(int64_t, d->term_count, &d->row)))
         return false;
     add_terms(d);
     qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);

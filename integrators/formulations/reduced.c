@@ -859,7 +859,7 @@ static int matrix(void *self, double t, double cj, const double *y, const double
     memset(d->jacobian, 0, (size_t)(dae->n * dae->n) * sizeof *d->jacobian);
     kmp_reduced_jacobian_of_residual(&d->tangents, t, cj, d->q, d->qd, yp + d->p, dae->n, d->jacobian);
     for (int c = 0; c < dae->n; c++)
-        for (long k = dae->col_start[c]; k < dae->col_start[c + 1]; k++)
+        for (int64_t k = dae->col_start[c]; k < dae->col_start[c + 1]; k++)
             values[k] = d->jacobian[dae->row[k] + (long)c * dae->n];
     return KMP_GO;
 }
@@ -876,7 +876,7 @@ static int accept_dae(void *self, double t, const double *y, const double *yp)
 }
 
 /* Pattern of column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
-static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
+static int fill_pattern(const kmp_reduced *d, int64_t *col_start, int64_t *row)
 {
     int nz = 0, size = d->formulation.size;
     for (int c = 0; c < size; c++) {
@@ -895,7 +895,7 @@ static kempe_status reduced_describe(kmp_reduced *d, double t)
 {
     kmp_arena *a = &d->formulation.arena;
     int size = d->formulation.size;
-    long *col_start = KMP_ARENA_NEW(a, long, size + 1), *row = KMP_ARENA_NEW(a, long, size *(size + 1));
+    int64_t *col_start = KMP_ARENA_NEW(a, int64_t, size + 1), *row = KMP_ARENA_NEW(a, int64_t, size * (size + 1));
     double *ones = KMP_ARENA_NEW(a, double, size);
     d->jacobian = KMP_ARENA_NEW(a, double, size *size);
     d->formulation.yp = KMP_ARENA_NEW(a, double, size);

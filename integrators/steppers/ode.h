@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Results of a callback. */
 enum {
@@ -80,8 +81,8 @@ typedef struct kmp_ode {
 /** F(t, y, y') = 0 with an analytic sparse iteration matrix. */
 typedef struct kmp_dae {
     int n, nz;                  /* unknowns; entries of dF/dy + cj dF/dy' */
-    const long *col_start;      /* n + 1, compressed columns, rows ascending in each */
-    const long *row;            /* nz */
+    const int64_t *col_start;   /* n + 1, compressed columns, rows ascending in each */
+    const int64_t *row;         /* nz */
     const double *differential; /* n: 1 for a differential unknown, 0 for an algebraic one */
     const double *factor;       /* n: multiplies the error weight (1e8 excludes an unknown from every test) */
     void *self;

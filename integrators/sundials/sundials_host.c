@@ -170,6 +170,8 @@ static void get(const kmp_sun *s, N_Vector from, double *to)
 
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a)
 {
+    _Static_assert(sizeof(sunindextype) == sizeof *dae->col_start && sizeof(sunindextype) == sizeof *dae->row,
+                   "the patterns have the indices of SUNDIALS");
     memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
     memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
 }

@@ -19,7 +19,7 @@
 #define KMP_CLONES
 #endif
 
-/* How machine code of Kempe takes its arguments, whatever the system's own functions do. */
+/* Machine code of Kempe takes its arguments in one way, whatever the system's functions do. */
 #if defined(__x86_64__) && defined(__GNUC__)
 #define KMP_MACHINE_CODE __attribute__((sysv_abi))
 #else

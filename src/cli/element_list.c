@@ -62,7 +62,8 @@ static kempe_status print_list(const cli_job *j, const void *object, kempe_forma
         kempe_text_free(element);
     }
     fputs(json ? "]}\n" : "\nnext  kempe show kempe:NAME.yaml prints equations, ports and parameters\n", out);
-    if (fclose(out) != 0 && status == KEMPE_OK)
+    *text = kmp_text_stream_end(out);
+    if (!*text && status == KEMPE_OK)
         status = KEMPE_E_MEMORY;
     if (status)
         free(*text);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* All that systems do differently: paths, files, folders, clocks, memory for machine code, threads, processes, signals,
- * libraries, terminals. One side is in platform_posix.c, one in platform_windows.c. Nothing else asks for a system.
+ * libraries, terminals. One side is in platform_posix.c, one in platform_windows.c. No other file depends on the
+ * system.
  *
  * Paths and words are UTF-8 and end with zero; files are bytes, so lines end as they are written. After an error,
  * functions that return a file return -1, functions that return bool return false, and errno has the reason. */
@@ -181,7 +182,7 @@ int kmp_process_run(char *const *words, const char *said);
 bool kmp_page_open(const char *path);
 const char *kmp_page_opener(void);
 
-/** What an identity of this process consists of: parts of bytes, or names. */
+/** Takes one part of the identity of this process: bytes, or a name. */
 typedef void kmp_identity_part(void *user, const char *name, const void *bytes, size_t size);
 
 /** Tells the identities of this program's build and of the libraries it has loaded; false: the build has none. */

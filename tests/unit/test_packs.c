@@ -2,6 +2,7 @@
 /* Machine code with operations in pairs against the same operations in C, to the bit: random expressions that occur
  * again on other leaves, with sums for differences and operands exchanged, that share values, and that are summed. */
 #include "backend/x86/packs.h"
+#include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
 #include <math.h>
