@@ -397,7 +397,7 @@ void kmp_settle_outlines(kmp_reader *r)
     for (int c = 0; c < model->closure_count; c++)
         assembled =
             assembled || !(kmp_closure_is_of_modes(&model->closures[c]) || kmp_closure_is_drive(&model->closures[c]));
-    if (model->outline_contact_count == 0 || assembled || r->wrong || !poses || !q)
+    if (model->outline_contact_count == 0 || assembled || r->wrong || !poses || !q || !model->start.q)
         return;
     for (int k = 0; k < model->motion_count; k++)
         q[k] = kmp_start_coordinate(model, k, r->parameter_values);
