@@ -1121,6 +1121,13 @@ def test_pictures(tmp_path):
 
 
 @pytest.mark.last_of_all
+def test_animation(four_bar, tmp_path):
+    path = tmp_path / "four_bar.glb"
+    four_bar.simulate(t_end=0.1).write_animation(path)
+    written = path.read_bytes()
+    assert written[:4] == b"glTF" and int.from_bytes(written[8:12], "little") == len(written)
+
+
 def test_every_public_function_is_reached_or_left_out(request):
     if len(request.session.items) < 60 or "KEMPE_COMMAND" not in os.environ:
         pytest.skip("a selection of the tests")
