@@ -108,7 +108,7 @@ class Bodies:
 
     # -- text -------------------------------------------------------------------------------------------------
 
-    def text(self, elements, outputs, end=1e-6, step=1e-6):
+    def text(self, elements, outputs, end=1e-6, step=1e-6, rtol=1e-10):
         """The model with the lines of further sections, and the outputs of its run."""
         lines = ["kempe: 1", f"gravity: {numbers(self.gravity)}"]
         own = {id(body): [] for body in self.bodies}
@@ -128,7 +128,7 @@ class Bodies:
         lines.append("start: {q: {" + ", ".join(f"{b.name}: {number(b.q)}" for b in self.bodies) + "}, qd: {"
                      + ", ".join(f"{b.name}: {number(b.qd)}" for b in self.bodies) + "}}")
         loads = [f"{what}({b.name})" for b in self.bodies for what in ("reaction", "moment")]
-        lines.append(f"run: {{t_end: {end!r}, rtol: 1e-10, output_step: {step!r}, outputs: [{', '.join(['qdd', *outputs, *loads])}]}}")
+        lines.append(f"run: {{t_end: {end!r}, rtol: {rtol!r}, output_step: {step!r}, outputs: [{', '.join(['qdd', *outputs, *loads])}]}}")
         return "\n".join(lines) + "\n"
 
 
