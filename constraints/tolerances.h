@@ -697,9 +697,6 @@
 /** Over the size of an outline: a start that is deeper overlaps. A start that is computed from an equation has this
  * error. */
 #define KMP_OUTLINE_DEEP 1e-8
-/** Over the length of a piece: by this it continues beyond a corner into the solid, where both sides of the corner
- * touch. A border just in the corner would be passed by rounding. */
-#define KMP_OUTLINE_BEYOND 1e-3
 /** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Two
  * corners that meet within it touch by both sides, because rounding would select one. */
 #define KMP_OUTLINE_CORNER 1e-9

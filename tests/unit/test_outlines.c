@@ -394,6 +394,26 @@ static void a_law_acts_on_pieces(void)
     }
 }
 
+/* A grain slides on the floor of a box against a wall. With m x'' = -k d for the depth d it comes back with its speed,
+ * after half a period; the floor holds it all the time, also where it is behind the wall. */
+static void a_law_acts_in_a_corner(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+                             "outlines: {box: {rectangle: [1, 1], hollow: yes}}\n"
+                             "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                             "  grain: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                             "contacts: {c: {point: grain.C, on: {outline: box, at: ground.O}, law: hertz, stiffness: "
+                             "1e5, exponent: 1}}\n"
+                             "start: {q: {x: 0, y: -0.5000981}, qd: {x: 2}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.5);
+        CHECK_NEAR(last_q(run)[0], 0.5 - 2 * (0.25 - acos(-1) / sqrt(1e5)), 1e2 * ways[k].tolerance);
+        CHECK_NEAR(last_q(run)[1], -0.5000981, 1e2 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* Outlines of an included file have its prefix, in contacts and outputs. */
 static void an_included_outline_has_its_prefix(void)
 {
@@ -521,6 +541,7 @@ int main(void)
     TEST(a_disc_rolls_over_a_corner);
     TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
+    TEST(a_law_acts_in_a_corner);
     TEST(an_included_outline_has_its_prefix);
     TEST(a_beam_strikes_an_outline);
     TEST(refused);

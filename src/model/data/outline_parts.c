@@ -110,13 +110,19 @@ static bool is_beyond(const kmp_outline_border *border, const double place[2])
            (place[0] - border->place[0]) * border->along[0] + (place[1] - border->place[1]) * border->along[1] > 0;
 }
 
-/* The least way through the solid behind a piece, between its borders. */
-static double depth_of(const kmp_outline *outline, const kmp_outline_part *part, double size)
+/* The least way through the solid behind a piece, between its borders, and beyond its ends by their reach. */
+static double depth_of(const kmp_outline *outline, const kmp_outline_part *part, const double reach[2], double size)
 {
     double depth = INFINITY;
-    for (int k = 0; k < RAYS; k++) {
-        double place[2], normal[2], far = INFINITY;
-        kmp_piece_place(&part->piece, (k + 0.5) / RAYS, place, normal);
+    for (int k = -1; k <= RAYS; k++) {
+        double place[2], normal[2], along[2], far = INFINITY;
+        const bool at_end = k == RAYS;
+        if ((k < 0 || at_end) && reach[at_end] == 0)
+            continue;
+        kmp_piece_place(&part->piece, fmin(fmax((k + 0.5) / RAYS, 0), 1), place, normal);
+        kmp_piece_tangent(&part->piece, at_end, along);
+        for (int i = 0; (k < 0 || at_end) && i < 2; i++)
+            place[i] += (at_end ? reach[1] : -reach[0]) * along[i];
         const double inward[2] = {-normal[0], -normal[1]};
         for (int copy = 0; copy < outline->copies; copy++)
             for (int i = 0; i < outline->piece_count; i++) {
@@ -158,8 +164,42 @@ static const kmp_piece *neighbour(const kmp_outline *outline, int k, bool behind
     return made;
 }
 
-/* One side of a piece. */
-static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool behind, double radius,
+/* The corner of a sharp tip at one end of a piece that a point meets: its number, negative where it is that of another
+ * copy; 0: none. */
+static int tip_of(const kmp_outline *outline, int k, bool behind, double radius)
+{
+    kmp_piece made;
+    const kmp_piece *other = neighbour(outline, k, behind, &made);
+    const bool around = behind ? k == outline->piece_count - 1 : k == 0;
+    const bool apart = around && outline->shape == KMP_OUTLINE_PATH && outline->copies > 1;
+    const bool tip = radius == 0 && outline->pieces[k].corner == 0 && other && kmp_piece_is_sharp(other);
+    return !tip ? 0 : apart ? -other->corner : other->corner;
+}
+
+/* How far piece k counts beyond one of its ends into the solid, where this is a hollow corner: a circle that presses on
+ * both sides by a law is behind each of them. Nearer to the corner than half of the way to the next piece there is
+ * nothing but solid. 0: the end is none. */
+static double reach_of(const kmp_outline *outline, int k, bool behind)
+{
+    kmp_piece made;
+    const kmp_piece *piece = &outline->pieces[k], *other = neighbour(outline, k, behind, &made);
+    const double *corner = behind ? piece->to : piece->from;
+    const int n = outline->piece_count, copies = outline->shape == KMP_OUTLINE_PATH ? outline->copies : 1;
+    double least = 2 * kmp_outline_size(outline);
+    if ((behind ? piece->joint : other ? other->joint : KMP_OUTLINE_ENDS) != KMP_OUTLINE_CONCAVE)
+        return 0;
+    for (int copy = 0; copy < copies; copy++)
+        for (int i = 0; i < n; i++) {
+            const kmp_piece next = kmp_piece_copy(outline, i, copy);
+            const double way = kmp_piece_distance(&next, corner);
+            if (way > KMP_WRITTEN_DIGITS * kmp_outline_size(outline)) /* not a side of this corner */
+                least = fmin(least, way);
+        }
+    return 0.5 * least;
+}
+
+/* One side of piece k. */
+static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool behind, double radius, double reach,
                        kmp_outline_part *part, const kmp_outline_border **shared)
 {
     const kmp_piece *piece = &part->piece;
@@ -168,10 +208,9 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
     const kmp_outline_joint joint = behind ? piece->joint : other ? other->joint : KMP_OUTLINE_ENDS;
     const bool around = behind ? k == outline->piece_count - 1 : k == 0;
     const bool apart = around && outline->shape == KMP_OUTLINE_PATH && outline->copies > 1;
-    const bool tip = radius == 0 && piece->corner == 0 && other && kmp_piece_is_sharp(other);
+    const bool tip = part->tip[behind] != 0;
     double along[2];
     kmp_piece_tangent(piece, behind, along);
-    part->tip[behind] = !tip ? 0 : apart ? -other->corner : other->corner;
     if (*shared && !tip) { /* the neighbour has made it */
         if (behind)
             part->high[0] = *shared;
@@ -179,9 +218,7 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
             part->low = *shared;
         return;
     }
-    const double shift = joint == KMP_OUTLINE_CONCAVE ? KMP_OUTLINE_BEYOND * length_of(piece)
-                         : tip                        ? KMP_OUTLINE_CORNER * kmp_outline_size(outline)
-                                                      : 0;
+    const double shift = tip ? KMP_OUTLINE_CORNER * kmp_outline_size(outline) : reach;
     const kmp_outline_border *border =
         border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)
@@ -221,17 +258,21 @@ static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radi
         part->either = part->piece.arc && fabs(part->piece.turn) > TURN / 2;
         if (whole)
             continue;
+        double reach[2];
+        for (int end = 0; end < 2; end++) {
+            part->tip[end] = tip_of(outline, k, end, radius);
+            reach[end] = reach_of(outline, k, end);
+        }
         const kmp_outline_border *low = k == 0 ? NULL : last, *high = k == n - 1 ? first : NULL;
-        bound_side(arena, outline, k, false, radius, part, &low);
-        bound_side(arena, outline, k, true, radius, part, &high);
+        bound_side(arena, outline, k, false, radius, reach[0], part, &low);
+        bound_side(arena, outline, k, true, radius, reach[1], part, &high);
         first = k == 0 ? low : first;
         last = high;
         if (part->piece.corner == 0) {
             part->high[1] = halve(arena, outline, k, true, part->tip[1] != 0);
             part->high[2] = halve(arena, outline, k, false, part->tip[0] != 0);
+            part->depth = depth_of(outline, part, reach, size);
         }
-        if (part->piece.corner == 0)
-            part->depth = depth_of(outline, part, size);
     }
     return !arena->failed;
 }
