@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Starts `kempe language-server` for YAML files; the server leaves files alone that are no models of Kempe.
+// Starts `kempe language-server` for YAML files. The server ignores files that are not models of Kempe.
 "use strict";
 const vscode = require("vscode");
 const { LanguageClient, TransportKind } = require("vscode-languageclient/node");

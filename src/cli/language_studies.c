@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `kempe language-server`: messages of an editor on standard input, answers on standard output. */
+#include "platform/platform.h"
 #include "study.h"
 
 #include <kempe/language_server.h>
 #include <string.h>
-#include <unistd.h>
 
 static bool write_all(const char *text)
 {
@@ -19,7 +19,7 @@ kempe_status cli_language_server(const cli_job *j)
     kempe_status status = kempe_language_server_new(j->context, &server);
     while (status == KEMPE_OK && kempe_language_server_is_running(server)) {
         char *answer = NULL;
-        const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
+        const ptrdiff_t count = kmp_file_get(0, bytes, sizeof bytes);
         if (count <= 0)
             break; /* the editor is gone */
         status = kempe_language_server_take(server, bytes, (size_t)count, &answer);

@@ -10,7 +10,7 @@
 #include "model/language/dimension.h"
 #include "model/language/expression.h"
 #include "model/language/limits.h"
-#include <dirent.h>
+#include "platform/platform.h"
 #include <string.h>
 
 #define MARK "KEMPE_CURSOR"
@@ -232,15 +232,15 @@ static void put_files(completing *c, bool models)
     const char *slash = strrchr(c->file->path, '/');
     const char *folder =
         slash ? kmp_arena_printf(&c->s->work, "%.*s", (int)(slash + 1 - c->file->path), c->file->path) : NULL;
-    DIR *open = folder ? opendir(folder) : NULL;
-    for (const struct dirent *entry; open && (entry = readdir(open));) {
-        const char *ending = strrchr(entry->d_name, '.');
+    kmp_folder_names *names = folder ? kmp_folder_names_begin(folder) : NULL;
+    for (const char *name; names && (name = kmp_folder_names_next(names));) {
+        const char *ending = strrchr(name, '.');
         const bool model = ending && (strcmp(ending, ".yaml") == 0 || strcmp(ending, ".yml") == 0);
-        if (entry->d_name[0] != '.' && model == models && strcmp(entry->d_name, slash + 1) != 0)
-            put_item(c, entry->d_name, FILE_ITEM, "", "", entry->d_name);
+        if (name[0] != '.' && model == models && strcmp(name, slash + 1) != 0)
+            put_item(c, name, FILE_ITEM, "", "", name);
     }
-    if (open)
-        closedir(open);
+    if (names)
+        kmp_folder_names_end(names);
     for (const kmp_machine_element *e = kmp_elements; models && e->name; e++) {
         kmp_text head = {0};
         for (int k = 0; e->lines[k] && e->lines[k][0] == '#'; k++)

@@ -5,7 +5,7 @@
 #include "language_server/session.h"
 #include "model/files/element_library.h"
 #include "model/language/expression.h"
-#include <dirent.h>
+#include "platform/platform.h"
 #include <string.h>
 
 /* The declared name at a byte of a file whose document is the one of its text; NULL: there is none. `names` is filled
@@ -93,18 +93,17 @@ static void list_files(kempe_language_server *s, const char *path, file_list *li
     const kmp_text_source *own = kmp_session_source(s, path);
     if (own)
         add_source(list, own);
-    DIR *open = folder ? opendir(folder) : NULL;
-    for (const struct dirent *entry; open && (entry = readdir(open)) && list->count < MOST_FILES;) {
-        const size_t length = strlen(entry->d_name);
-        const bool model = length > 5 && (strcmp(entry->d_name + length - 5, ".yaml") == 0 ||
-                                          strcmp(entry->d_name + length - 4, ".yml") == 0);
-        const char *one = model ? kmp_arena_printf(&s->work, "%s%s", folder, entry->d_name) : NULL;
+    kmp_folder_names *names = folder ? kmp_folder_names_begin(folder) : NULL;
+    for (const char *name; names && list->count < MOST_FILES && (name = kmp_folder_names_next(names));) {
+        const char *ending = strrchr(name, '.');
+        const bool model = ending && (strcmp(ending, ".yaml") == 0 || strcmp(ending, ".yml") == 0);
+        const char *one = model ? kmp_arena_printf(&s->work, "%s%s", folder, name) : NULL;
         const kmp_text_source *source = one ? kmp_session_source(s, one) : NULL;
         if (source)
             add_source(list, source);
     }
-    if (open)
-        closedir(open);
+    if (names)
+        kmp_folder_names_end(names);
 }
 
 /* True if two uses are of the same name there; the declaration itself, where it is asked for. */
@@ -245,6 +244,13 @@ static void rename_all(kempe_language_server *s, const kmp_declared *d, const ch
     char *texts[MOST_FILES];
     int count = 0;
     list_files(s, d->source->path, &list);
+    if (list.count == MOST_FILES) {
+        kmp_answer_refuse(answer, KMP_RPC_FAILED,
+                          "the folder has %d models or more, and not all of them were read: move the models that use "
+                          "'%s' to a folder of their own",
+                          MOST_FILES, d->name);
+        return;
+    }
     kmp_json_put(&answer->json, "{ changes {");
     for (int k = 0; k < list.count; k++) {
         kmp_text changed = {0};

@@ -164,8 +164,8 @@ static const kmp_piece *neighbour(const kmp_outline *outline, int k, bool behind
     return made;
 }
 
-/* The corner of a sharp tip at one end of a piece that a point meets: its number, negative where it is that of another
- * copy; 0: none. */
+/* The corner of a sharp tip at one end of a piece that a point meets: its number, negative where the corner belongs to
+ * another copy; 0: none. */
 static int tip_of(const kmp_outline *outline, int k, bool behind, double radius)
 {
     kmp_piece made;
@@ -176,9 +176,9 @@ static int tip_of(const kmp_outline *outline, int k, bool behind, double radius)
     return !tip ? 0 : apart ? -other->corner : other->corner;
 }
 
-/* How far piece k counts beyond one of its ends into the solid, where this is a hollow corner: a circle that presses on
- * both sides by a law is behind each of them. Nearer to the corner than half of the way to the next piece there is
- * nothing but solid. 0: the end is none. */
+/* A piece counts beyond a hollow corner into the solid, because a circle that presses on both sides by a law is behind
+ * each of them. Up to half of the way to the next piece there is nothing but solid. Returns that length; 0 at other
+ * ends. */
 static double reach_of(const kmp_outline *outline, int k, bool behind)
 {
     kmp_piece made;
