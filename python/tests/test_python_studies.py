@@ -1120,7 +1120,6 @@ def test_pictures(tmp_path):
 # -- the whole interface ------------------------------------------------------------------------------------
 
 
-@pytest.mark.last_of_all
 def test_animation(four_bar, tmp_path):
     path = tmp_path / "four_bar.glb"
     four_bar.simulate(t_end=0.1).write_animation(path)
@@ -1128,6 +1127,7 @@ def test_animation(four_bar, tmp_path):
     assert written[:4] == b"glTF" and int.from_bytes(written[8:12], "little") == len(written)
 
 
+@pytest.mark.last_of_all
 def test_every_public_function_is_reached_or_left_out(request):
     if len(request.session.items) < 60 or "KEMPE_COMMAND" not in os.environ:
         pytest.skip("a selection of the tests")
