@@ -414,6 +414,25 @@ static void a_law_acts_in_a_corner(void)
     }
 }
 
+/* A point is held in a triangle with round corners, 2 mm deep and 2 mm before the end of a side. The side presses
+ * there, though the line that halves the corner's angle at that end is nearer. */
+static void a_law_acts_before_a_round_corner(void)
+{
+    loaded l = load_text(
+        "kempe: 1\nground: {points: {O: [0, 0, 0]}}\n"
+        "outlines: {plate: {polygon: [[0, 0], [1, 0], [0.5, 0.8660254037844386]], round: 0.01}}\n"
+        "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+        "  grain: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+        "drives: {across: {joint: x, displacement: 0.9806794919243112}, up: {joint: y, displacement: 0.002}}\n"
+        "contacts: {c: {point: grain.C, on: {outline: plate, at: ground.O}, law: hertz, stiffness: "
+        "1e5, exponent: 1}}\n"
+        "start: {q: {x: 0.9806794919243112, y: 0.002}}\n");
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.1);
+    CHECK_NEAR(at_end(run, "force(c)"), 200, 1e-6);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* Outlines of an included file have its prefix, in contacts and outputs. */
 static void an_included_outline_has_its_prefix(void)
 {
@@ -542,6 +561,7 @@ int main(void)
     TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
     TEST(a_law_acts_in_a_corner);
+    TEST(a_law_acts_before_a_round_corner);
     TEST(an_included_outline_has_its_prefix);
     TEST(a_beam_strikes_an_outline);
     TEST(refused);

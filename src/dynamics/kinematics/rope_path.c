@@ -463,6 +463,7 @@ static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref *length
     memset(&plain, 0, sizeof plain);
     if (!kmp_tree_init(&plain, g, tree->model, tree->keep, false)) {
         kmp_graph_fail(g);
+        kmp_tree_free(&plain);
         return;
     }
     values[0] = kmp_rope_length(&plain, rope);

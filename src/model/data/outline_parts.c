@@ -31,9 +31,10 @@ static double length_of(const kmp_piece *piece)
                       : hypot(piece->to[0] - piece->from[0], piece->to[1] - piece->from[1]);
 }
 
-/* The line that halves a corner, at the end or the beginning of a piece; NULL: the corner is none. */
-static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *other, bool at_end,
-                                         double shift)
+/* The line that halves a corner, at the end or the beginning of a piece; NULL: the corner is none. It begins at the
+ * centre of a round corner, because up to there the arc takes over from the piece at the line across its end. */
+static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piece, const kmp_piece *corner,
+                                         const kmp_piece *other, bool at_end, double shift)
 {
     double own[2], next[2], along[2];
     kmp_piece_tangent(piece, at_end, own);
@@ -44,7 +45,7 @@ static const kmp_outline_border *halving(kmp_arena *arena, const kmp_piece *piec
     const double size = hypot(own[0] + next[0], own[1] + next[1]), side = at_end ? 1 : -1;
     for (int i = 0; i < 2; i++)
         along[i] = size > 0 ? side * (own[i] + next[i]) / size : 0;
-    return border_at(arena, at_end ? piece->to : piece->from, along, shift);
+    return border_at(arena, corner->centre, along, shift);
 }
 
 /* -- the solid behind a piece -------------------------------------------------------------------------- */
@@ -240,7 +241,7 @@ static const kmp_outline_border *halve(kmp_arena *arena, const kmp_outline *outl
     const int at = behind ? (k + 1) % n : (k + n - 1) % n;
     const kmp_piece *other = neighbour(outline, at, behind, &beyond);
     const double shift = tip ? KMP_OUTLINE_CORNER * kmp_outline_size(outline) : 0;
-    return other ? halving(arena, &outline->pieces[k], other, behind, shift) : NULL;
+    return other ? halving(arena, &outline->pieces[k], corner, other, behind, shift) : NULL;
 }
 
 static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radius, const kmp_outline_fold *fold,
