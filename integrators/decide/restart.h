@@ -11,13 +11,13 @@
 /** The length with which a step between two times is made again up to the event within it; 0: it is not. The polynomial
  * of a step that meets equations which are not smooth is wrong before these too. At the end of a compliant contact
  * (`parts`) the law is continued beyond by the modulus of the depth, with a kink; other equations (`rough`) are wrong
- * as the square of the length beyond. */
+ * as the square of the length beyond. A step that begins at the event within rounding is right there as it is. */
 KMP_INLINE double kmp_restart_again(double from, double event, double to, bool parts, bool rough)
 {
     const double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
     const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
                          closely > fmax(KMP_STEP_AT_ONCE * (to - from), KMP_RESTART_BRIEF * kmp_step_least(from));
-    if (parts && h > 0 && h < to - from)
+    if (parts && h > kmp_step_least(from) && h < to - from)
         return h;
     return rough && shorter ? closely : 0;
 }

@@ -829,9 +829,8 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const doub
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
     const double *now = kmp_eval_changes(c->eval, t, q, qd);
     for (int k = 0; k < count; k++) {
-        /* A border with a lag that the event has passed is passed: closed positions differ by rounding. */
-        const bool passed = !again && c->looked == t && c->s->events.condition[k].silent &&
-                            c->s->events.condition[k].lag > 0 && kmp_event_tracker_changed(c, k);
+        /* What the event has passed is passed: the closed state differs from the one of the search by rounding. */
+        const bool passed = !again && c->looked == t && kmp_event_tracker_changed(c, k);
         c->change[k] = !passed ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
     }
     for (int k = 0; k < count; k++)
