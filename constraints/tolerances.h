@@ -725,3 +725,6 @@
 
 /** A tyre leaves its road where its deflection is below minus this part of the radius: rounding of the deflection. */
 #define KMP_TYRE_LAG 1e-15
+
+/** A run ends where the cosine of a tyre's inclination falls to this: there the directions of its contact are lost. */
+#define KMP_TYRE_LEANS_MOST 0.1

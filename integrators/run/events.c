@@ -631,7 +631,7 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->before), KMP_ROOM(bool, count, &c->located)) ||
+                        KMP_ROOM(double, count, &c->change, &c->before), KMP_ROOM(bool, count, &c->located, &c->beyond)) ||
         !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
     kmp_event_tracker_begin_past(system, c->past);
@@ -791,8 +791,10 @@ static kempe_status change_conditions(kmp_event_tracker *c, double t)
 {
     for (int pass = 0; pass < KMP_EVENT_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; k < c->s->events.count; k++)
-            if (has_switched(c, k))
+            if (has_switched(c, k)) {
                 KMP_TRY(change_condition(c, k, t));
+                c->stays[k] = c->beyond[k];
+            }
         memcpy(c->change, kmp_eval_changes(c->eval, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
     }
     int k = first_switched(c);
@@ -830,15 +832,16 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const doub
     const double *now = kmp_eval_changes(c->eval, t, q, qd);
     for (int k = 0; k < count; k++) {
         /* What the event has passed is passed: the closed state differs from the one of the search by rounding. */
-        const bool passed = !again && c->looked == t && kmp_event_tracker_changed(c, k);
-        c->change[k] = !passed ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
+        c->beyond[k] = !again && c->looked == t && kmp_event_tracker_changed(c, k);
+        c->change[k] = !c->beyond[k] ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
     }
     for (int k = 0; k < count; k++)
         c->stays[k] = (again && (c->stays[k] || c->past[k].last == t)) ||
                       (c->noted && c->past[k].last == t && c->change[k] == c->before[k]);
     *changed = first_switched(c) >= 0;
     kempe_status status = change_conditions(c, t);
-    memset(c->stays, 0, c->noted || (again && !*changed) ? (size_t)count * sizeof *c->stays : 0);
+    memset(c->stays, 0, c->noted || !again || !*changed ? (size_t)count * sizeof *c->stays : 0);
+    memset(c->beyond, 0, (size_t)count * sizeof *c->beyond);
     return status;
 }
 

@@ -97,6 +97,7 @@ typedef struct kmp_event_tracker {
     bool stuck;                    /* a condition changed back and forth without end */
     bool tells;                    /* ends of tables are among the conditions */
     bool *stays;                   /* of each condition: it is not evaluated until the next event */
+    bool *beyond;                  /* of each condition: the present event has passed it */
     double looked;                 /* time of the last look at the conditions */
     double instant;                /* least time of any motion of the run */
     double *before;                /* values of the conditions before states take next values */

@@ -30,7 +30,20 @@
 #include "symbolic/table_function.h"
 
 /* Numbers of kmp_tree_condition. */
-enum { TOUCHES, PULLS, SLIDES, LOW, STEEP, BEYOND, BEYOND_KAPPA, BEYOND_ALPHA, BEYOND_GAMMA, SHORT, SHORT_ACROSS };
+enum {
+    TOUCHES,
+    PULLS,
+    SLIDES,
+    LOW,
+    STEEP,
+    BEYOND,
+    BEYOND_KAPPA,
+    BEYOND_ALPHA,
+    BEYOND_GAMMA,
+    SHORT,
+    SHORT_ACROSS,
+    FALLEN
+};
 
 /* A tyre over its road. Vectors are in the axes of the ground. */
 typedef struct rolling {
@@ -43,6 +56,7 @@ typedef struct rolling {
     kmp_vec velocity;          /* of the centre against the road */
     kmp_ref radius, effective; /* without load; R_e */
     kmp_ref rho, gamma, slope;
+    kmp_ref upright;        /* square of the cosine of gamma */
     kmp_ref holds;          /* 1 where it has a vertical force */
     kmp_ref load;           /* N */
     kmp_ref forwards;       /* V_x */
@@ -108,7 +122,8 @@ static void find_place(rolling *c, const kmp_road *road, const kmp_force *force)
         up = kmp_mul(g, over, kmp_sub(g, up, height));
     }
     kmp_vec ahead = kmp_vec_cross(g, c->axle, normal);
-    kmp_ref upright = kmp_sqrt(g, kmp_vec_dot(g, ahead, ahead));
+    c->upright = kmp_vec_dot(g, ahead, ahead);
+    kmp_ref upright = kmp_sqrt(g, c->upright);
     c->axis[0] = kmp_vec_scale(g, kmp_div(g, KMP_ONE, upright), ahead);
     c->axis[1] = kmp_vec_cross(g, normal, c->axis[0]);
     c->axis[2] = normal;
@@ -188,6 +203,9 @@ static void roll(const kmp_tree *tree, const kmp_force *force, rolling *c)
     const kmp_road *road = &tree->model->roads[tyre->road];
     *c = (rolling){.tree = tree, .tyre = tyre, .slope = KMP_ZERO};
     find_place(c, road, force);
+    kmp_tree_end(tree, tyre, FALLEN, kmp_sub(g, c->upright, kmp_const(g, KMP_TYRE_LEANS_MOST * KMP_TYRE_LEANS_MOST)),
+                 "its axle, the y axis of its point, must not be along the road's normal",
+                 "tyre '%s' has fallen on its side", tyre->name);
     press(c);
     find_velocities(c, road);
     c->friction = kmp_mul(g, kmp_tree_number(tree, &tyre->friction), kmp_tree_number(tree, &road->friction));
