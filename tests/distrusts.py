@@ -30,6 +30,8 @@ COLUMN = ("kempe: 1\nbodies:\n  base: {joint: {name: s, prismatic: y, at: ground
 MODELS = {
     "law": "kempe: 1\ntables: {law: {x: [0, 1, 2, 3], y: [0, 1, 4, 4.1]}}\nparameters: {m: 2}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: m}}\n"
            "forces: {f: {joint: x, force: 'law(t)'}}\nrun: {t_end: 6, outputs: [q, qd]}\n",
+    "ended": "kempe: 1\ngravity: [0, 0, -10]\nparameters: {m: 1.1}\ntables: {spring: {x: [-0.1, 0.1], y: [10, -10], method: linear, outside: error}}\n"
+             "bodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: m}}\nforces: {f: {joint: z, force: 'spring(q(z)) - qd(z)'}}\nstart: {q: {z: -0.12}}\n",
     "flat": """kempe: 1
 gravity: [0, 0, -9.81]
 ground: {points: {O: [0, 0, 0]}}
@@ -97,6 +99,10 @@ PROVOKED = [
     ("were not searched to the end for short pulses", "simulate cancels.yaml", "m.simulate()"),
     ("change in more intervals of about", "simulate pulses.yaml", "m.simulate()"),
     ("KMP_TABLE_LEFT", "simulate law.yaml", "m.simulate()"),
+    ("KMP_RUN_WOULD_END", "equilibrium ended.yaml", "s.equilibrium()"),
+    ("KMP_RUN_WOULD_END", "modes ended.yaml --sweep m=0.5:1.5:3", "s.modes(sweep='m=0.5:1.5:3')"),
+    ("KMP_RUN_WOULD_END", "check ended.yaml", "s.check()"),
+    ("KMP_RUN_WOULD_END", "assemble ended.yaml", "s.assemble()"),
     ("lacks the load of '%s' across the plane", "simulate flat.yaml", "m.simulate()"),
     ("depends on a load that redundant constraints share", "simulate hinges.yaml", "m.simulate()"),
     ("deflects by %.3g m at t =", "simulate soft.yaml", "m.simulate()"),
@@ -133,7 +139,7 @@ PROVOKED = [
     ("is not resolved by values", f"contact {CONICITY} --sweep 'shift=-9 mm:9 mm:3' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-9 mm:9 mm:3', conicity='3 mm:6 mm:2')"),
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),
 ]
-SAID = {"KMP_TABLE_LEFT": "it goes straight on there", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
+SAID = {"KMP_TABLE_LEFT": "it goes straight on there", "KMP_RUN_WOULD_END": "a run would end at this state", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
 DISTRUSTS = r"\b(?:do not trust|not trustworthy|(?:not|cannot) be trusted|not to be trusted|(?:may|might|can) be wrong|results? (?:is|are) wrong|not reliable|unreliable)"
 STATUS_WORDS = ["src/cli/main.c", "src/cli/options.c", "src/output/print.c"]  # help and names of the status
 PASSED_ON = 3  # calls that pass on a sentence that is made elsewhere

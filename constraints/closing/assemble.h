@@ -59,6 +59,7 @@ struct kempe_assembly {
                    */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */
     kmp_goals_verdict goals;
+    const char *ended; /* of kempe_assembly_new: the condition by which a run would end there; NULL: none */
 };
 
 /* kempe_assembly_new and kempe_assembly_free are public (kempe.h). */

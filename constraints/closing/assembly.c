@@ -11,6 +11,8 @@
 #include "constraints/closing/shaft_angles.h"
 #include "constraints/closing/static_start.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
@@ -470,9 +472,8 @@ static void warn_of_deformation(const kempe_assembly *a)
                 s->model->motions[most].name, a->moved[most], s->model->motions[most].rotation ? "rad" : "m");
 }
 
-kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **assembly)
 {
-    KMP_WANTED_BOTH(system, assembly);
     kempe_assembly *a = NULL;
     bool known = kmp_rounding_of(system);
     kmp_context_clear(system->context);
@@ -492,6 +493,31 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     KMP_TRY(warn_of_changes(a));
     KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
+}
+
+/* Notes the first condition by which a run would end at its start. */
+static kempe_status judge_ends(kempe_assembly *a)
+{
+    const kempe_system *s = a->system;
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    KMP_TRY(kmp_made(s->context, eval));
+    int from = 0;
+    const int k = kmp_eval_next_end(eval, KMP_ENDS_OF_MODEL, 0, a->q, a->qd, NULL, NULL, &from);
+    kmp_text text = {0};
+    if (k >= 0)
+        kmp_put_end(&text, s, k, 0);
+    a->ended = k < 0 ? NULL : kmp_arena_printf(&a->arena, KMP_RUN_WOULD_END, text.s ? text.s : "");
+    kmp_text_free(&text);
+    kmp_eval_doubt_ends(eval, KMP_ENDS_OF_MODEL, 0, a->q, a->qd, NULL, NULL);
+    kmp_eval_free(eval);
+    return a->arena.failed ? kmp_fail_memory(s->context) : a->ended ? KEMPE_UNTRUSTED : KEMPE_OK;
+}
+
+kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
+{
+    KMP_WANTED_BOTH(system, assembly);
+    KMP_TRY(kmp_assembly_at_start(system, assembly));
+    return *assembly && system->events.count > 0 ? judge_ends(*assembly) : KEMPE_OK;
 }
 
 void kempe_assembly_free(kempe_assembly *a)

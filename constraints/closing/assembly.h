@@ -8,6 +8,9 @@
 /** Assembles as kempe_assembly_new, without a message; the assembly says if it closed. */
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);
 
+/** As kempe_assembly_new, for studies that begin there: conditions that end runs are not judged. */
+kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **assembly);
+
 /** The gap of a closure with the arc of its angle, m. */
 double kmp_assembly_extent(const kempe_assembly *assembly, int closure);
 

@@ -4,6 +4,7 @@
  * rows are redundant it chooses the rows with the largest pivots again. */
 #include "constraints/closing/assembly_modes.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
@@ -388,7 +389,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_branches, b);
     b->system = system;
-    kempe_status status = kempe_assembly_new(system, &b->assembly);
+    kempe_status status = kmp_assembly_at_start(system, &b->assembly);
     if (status == KEMPE_OK)
         status = search_branches(b, seed);
     b->warnings = kmp_context_warnings(system->context);

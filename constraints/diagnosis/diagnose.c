@@ -5,12 +5,14 @@
 #include "constraints/diagnosis/diagnose.h"
 #include "base/bracket.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/closing/shaft_angles.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/kinds/kind_parts.h"
@@ -665,7 +667,7 @@ static kempe_status find_loads(kempe_check *check)
 
 static kempe_status diagnose(kempe_check *check)
 {
-    kempe_status status = kempe_assembly_new(check->system, &check->assembly);
+    kempe_status status = kmp_assembly_at_start(check->system, &check->assembly);
     check->assembled = check->assembly && check->assembly->closed; /* also with goals that were not reached */
     if (check->assembled)
         status = (kmp_context_clear(check->system->context), examine(check));
@@ -676,6 +678,29 @@ static kempe_status diagnose(kempe_check *check)
     if (check->assembled)
         return status == KEMPE_OK ? find_loads(check) : status;
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
+}
+
+/* Doubts a start at which a run would end: by the whole model, whose states begin at zero where the mechanism has none.
+ */
+static kempe_status judge_ends(kempe_check *check)
+{
+    const kempe_system *s = check->given;
+    kempe_assembly *start = NULL;
+    int from = 0;
+    if (s->events.count == 0)
+        return KEMPE_OK;
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    kempe_status status = kmp_made(s->context, eval);
+    if (status == KEMPE_OK && check->own)
+        status = kmp_assemble_start(s, &start);
+    const kempe_assembly *a = check->own ? start : check->assembly;
+    if (status == KEMPE_OK && a && a->closed) {
+        check->ended = kmp_eval_next_end(eval, KMP_ENDS_OF_MODEL, 0, a->q, a->qd, NULL, NULL, &from) >= 0;
+        kmp_eval_doubt_ends(eval, KMP_ENDS_OF_MODEL, 0, a->q, a->qd, NULL, NULL);
+    }
+    kempe_assembly_free(start);
+    kmp_eval_free(eval);
+    return status;
 }
 
 /* Without the states, on which neither closures nor masses depend, and without forces, which may; and without the rows
@@ -706,6 +731,8 @@ kempe_status kmp_check(const kempe_system *system, kempe_check **check)
     kempe_status status = leaves_out ? leave_out_forces(c, system->model) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = diagnose(c);
+    if (status == KEMPE_OK && c->assembled)
+        status = judge_ends(c);
     c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* the messages of earlier trials are dropped */

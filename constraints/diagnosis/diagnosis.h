@@ -126,6 +126,7 @@ struct kempe_check {
     double condition;        /* of Jv */
     int driven;              /* degrees of freedom of the drives: the decrease of the rank without them */
     char *undetermined;      /* reason of accelerations that are undetermined or not finite; NULL: none */
+    bool ended;              /* a run would end at its start, by a condition */
     int body_count;          /* number of bodies without the ground */
     int loop_count;          /* number of closures */
     kmp_diagnosis diagnosis; /* results of the examination */

@@ -14,6 +14,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "model/data/force.h"
@@ -459,6 +460,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
         eval->changes = kmp_machine_new(s->changes, use == KMP_EVAL_STEPS ? waiting : seldom);
     bool made = eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
     eval->left_tables = kmp_left_tables_new(s, &eval->arena);
+    eval->state_ends = kmp_state_ends_new(s, &eval->arena);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(int, eval->changes ? eval->system->events.count : 0, &eval->late),

@@ -10,6 +10,7 @@
 
 typedef struct kmp_load_work kmp_load_work;
 typedef struct kmp_left_tables kmp_left_tables;
+typedef struct kmp_state_ends kmp_state_ends;
 
 typedef struct kmp_evaluator {
     const kempe_system *system;
@@ -56,6 +57,7 @@ typedef struct kmp_evaluator {
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
     kmp_load_work *load;         /* of kmp_load_settle */
     kmp_left_tables *left_tables;
+    kmp_state_ends *state_ends;
 } kmp_evaluator;
 
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */

@@ -5,9 +5,11 @@
 #include "constraints/workspace/state_workspace.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
@@ -113,7 +115,7 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
     ws->eval = kmp_eval_new(system, kmp_backend_default());
     const size_t n = (size_t)ws->n, m = (size_t)ws->m;
     kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(system, &a);
+    kempe_status status = kmp_assembly_at_start(system, &a);
     bool made = ws->eval && status != KEMPE_E_MEMORY &&
                 KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
                                KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
@@ -228,10 +230,20 @@ static void workspace_copy(kempe_workspace *ws)
     memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
-/* The message of a table that the state leaves, unless one is there. */
-static void note_left(kempe_workspace *ws)
+/* The message of a condition that ends runs, or of a table that the state leaves, unless one is there. */
+static void note_doubt(kempe_workspace *ws)
 {
     int from = 0, end;
+    const int broken = ws->message[0] == '\0'
+                           ? kmp_eval_next_end(ws->eval, KMP_ENDS_OF_MODEL, ws->t, ws->q, ws->qd, NULL, NULL, &from)
+                           : -1;
+    if (broken >= 0) {
+        kmp_text text = {0};
+        kmp_put_end(&text, ws->system, broken, ws->t);
+        (void)kmp_workspace_fail(ws, KMP_RUN_WOULD_END, text.s ? text.s : "");
+        kmp_text_free(&text);
+    }
+    from = 0;
     double x;
     const kmp_named_table *table = NULL;
     if (ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL))
@@ -295,7 +307,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     kmp_eval_mass(eval);
     kmp_load_forget(eval);
     kmp_eval_bias(eval, ws->qd);
-    note_left(ws);
+    note_doubt(ws);
     workspace_copy(ws);
     if (kmp_all_finite(s->mass.count, eval->mass) && kmp_all_finite(ws->n, eval->bias) &&
         kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
@@ -470,7 +482,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     kmp_eval_mass(eval);
     kmp_eval_set_effort(eval, Q);
     kmp_eval_bias(eval, ws->qd);
-    note_left(ws);
+    note_doubt(ws);
     bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_keeps_digits(&ws->bodies);
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);

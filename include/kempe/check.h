@@ -14,7 +14,7 @@ typedef struct kempe_assembly kempe_assembly;
 
 /** Closes the loops from the model's guess: held coordinates are fixed, rates are made consistent. KEMPE_E_FAILED: the
  * context's message has the loop that stays open and its gap. `*assembly` is then still given, with the best
- * configuration found. */
+ * configuration found. KEMPE_UNTRUSTED: a condition would end a run at this start; the result names it. */
 KEMPE_API kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly);
 KEMPE_API void kempe_assembly_free(kempe_assembly *assembly);
 

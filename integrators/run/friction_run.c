@@ -451,7 +451,11 @@ static int fail(void *self, kmp_friction_failure failure, double t)
         return (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
                              "the closures or drives press the surfaces of contacts into each other at t = %.9g s", t);
     default:
-        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "no state of slip and stick is found at t = %.9g s", t);
+        return (int)kmp_fail(
+            run->s->context, KEMPE_E_FAILED,
+            "no state of slip and stick is found at t = %.9g s: forces of %d nearly redundant elements "
+            "follow from rounding. Leave some out, or take a 'law'",
+            t, run->sticking.friction->rest);
     }
 }
 

@@ -310,7 +310,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     if (run->stand_in.active)
         run->choice.kind = kmp_solver_find(spec->integrator)->stand_in;
     if (!start) {
-        status = kempe_assembly_new(system, &own);
+        status = kmp_assembly_at_start(system, &own);
         start = own;
     }
     if (status == KEMPE_OK)
@@ -715,7 +715,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     KMP_TRY(kmp_island_systems_of(system, spec, &parts));
     if (!parts)
         return kmp_run_whole(system, spec, start, row, user, report);
-    kempe_status status = start ? KEMPE_OK : kempe_assembly_new(system, &own);
+    kempe_status status = start ? KEMPE_OK : kmp_assembly_at_start(system, &own);
     if (status == KEMPE_OK)
         status = kmp_island_runs(parts, system, spec, start ? start : own, row, user, report);
     kempe_assembly_free(own);

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/restart.h"
@@ -65,7 +66,7 @@ static kempe_status runner_end(kmp_runner *run, double t, int condition)
     run->events.requested = !run->s->events.condition[condition].advice;
     if (run->reason)
         return KEMPE_STOPPED;
-    kmp_runner_put_end(run, condition, t, &text);
+    kmp_put_end(&text, run->s, condition, t);
     run->reason = kmp_text_take(&text);
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
@@ -76,24 +77,14 @@ static bool explain_lock(kmp_runner *run, kmp_text *text, double t)
     return true;
 }
 
-void kmp_runner_put_end(const kmp_runner *run, int condition, double t, kmp_text *text)
-{
-    const char *advice = run->s->events.condition[condition].advice;
-    kmp_text_printf(text, "%s at t = %.9g s%s%s", run->s->event_text[condition], t, advice ? ": " : "",
-                    advice ? advice : "");
-}
-
 /* Reports a condition that ends runs and holds at the state. */
 static bool explain_end(kmp_runner *run, double t, const double *q, const double *qd, kmp_text *text)
 {
-    const kmp_events *events = &run->s->events;
-    const double *change = kmp_eval_changes(run->eval, t, q, qd);
-    for (int k = 0; change && k < events->count; k++)
-        if (events->condition[k].ends && !events->condition[k].late && change[k] < 0) {
-            kmp_runner_put_end(run, k, t, text);
-            return true;
-        }
-    return false;
+    int from = 0;
+    const int k = kmp_eval_next_end(run->eval, KMP_ENDS_OF_RUN, t, q, qd, NULL, NULL, &from);
+    if (k >= 0)
+        kmp_put_end(text, run->s, k, t);
+    return k >= 0;
 }
 
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd)

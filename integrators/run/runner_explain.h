@@ -8,9 +8,6 @@
  * Other statuses pass. */
 kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char *otherwise, double t);
 
-/** Appends the sentence of a condition that ends runs. */
-void kmp_runner_put_end(const kmp_runner *run, int condition, double t, kmp_text *text);
-
 /** Fails without multipliers at a state: reports the condition that ends runs there, if there is one, or the force. */
 kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *q, const double *qd);
 

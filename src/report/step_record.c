@@ -3,6 +3,7 @@
  * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/step_record.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/methods.h"
 #include "output/print.h"
@@ -188,7 +189,7 @@ kempe_status kmp_record_start(const kempe_system *system, kmp_record *record)
     int n = system->n, m = system->m;
     kempe_assembly *start = NULL;
     double *zero = KMP_NEW(double, n + m);
-    kempe_status status = zero ? kempe_assembly_new(system, &start) : kmp_fail_memory(system->context);
+    kempe_status status = zero ? kmp_assembly_at_start(system, &start) : kmp_fail_memory(system->context);
     kmp_samples_init(&record->row, n, m);
     if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
         status = kmp_fail_memory(system->context);

@@ -179,6 +179,29 @@ static void fixed_rates(void)
     CHECK(x[0] == 3 && side[0] == 1 && x[1] == 0 && side[1] == 0);
 }
 
+/* A block in a corner, on two supports of the floor and two of the wall, pressed against both. One of the four is
+ * redundant, up to errors of D below a neglected pivot. */
+static void redundant_up_to_rounding(void)
+{
+    enum { N = 4 };
+    static const double row[N][3] = {{1, 0, 0.057}, {0, 1, 0.109}, {1, 0, -0.057}, {0, 1, -0.109}};
+    random_seed(3);
+    for (int k = 0; k < 2000; k++) {
+        const double error = k % 2 ? 2e-12 : 2e-13, inertia = 0.0059;
+        double d[N * N], x[N] = {0}, y[N], room[N * N + 4 * N];
+        const double a[] = {-2.7, -9.4, -2.7, -9.4}, lower[N] = {0}, upper[] = {INFINITY, INFINITY, INFINITY, INFINITY};
+        int side[N];
+        for (int i = 0; i < N; i++)
+            for (int j = 0; j <= i; j++)
+                d[i + j * N] = d[j + i * N] = row[i][0] * row[j][0] + row[i][1] * row[j][1] +
+                                              row[i][2] * row[j][2] / inertia + between(-error, error);
+        const kmp_box box = {N, d, a, lower, upper};
+        CHECK(kmp_box_minimum(&box, x, y, side, room) == KMP_BOX_FOUND);
+        CHECK_NEAR(x[0] + x[2], 2.7, 1e-9);
+        CHECK_NEAR(x[1] + x[3], 9.4, 1e-9);
+    }
+}
+
 /* Contacts of a block on many supports: the entries of D repeat, so that steps of length zero occur. */
 static void many_supports(void)
 {
@@ -209,6 +232,7 @@ int main(void)
     TEST(two_on_one_freedom);
     TEST(infinite_bounds);
     TEST(fixed_rates);
+    TEST(redundant_up_to_rounding);
     TEST(many_supports);
     return check_report();
 }

@@ -414,6 +414,39 @@ static void a_law_acts_in_a_corner(void)
     }
 }
 
+/* A point is pressed into a hollow corner below a step of 0.1 m, where both sides count 0.05 m deep. Each depth is
+ * force over stiffness; behind 0.05 m the floor would be lost, and the run ends by name. */
+static void a_law_ends_deep_in_a_corner(void)
+{
+    static const char *const presses[] = {"49", "51"};
+    for (int k = 0; k < 2 * WAYS; k++) {
+        char model[1024];
+        kempe_status status;
+        (void)snprintf(
+            model, sizeof model,
+            "kempe: 1\nground: {points: {O: [0, 0, 0]}}\n"
+            "outlines: {step: {path: [[1, 0], [0, 0], [0, 0.1], [-1, 0.1]]}}\n"
+            "bodies:\n  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+            "  grain: {joint: {name: y, prismatic: y, at: slide}, mass: 1, points: {C: [0, 0, 0]}}\n"
+            "forces: {p: {joint: x, force: -%s}, w: {joint: y, force: -30}}\n"
+            "contacts: {c: {point: grain.C, on: {outline: step, at: ground.O}, law: kelvin_voigt, stiffness: "
+            "1000, damping: 100}}\nstart: {q: {x: 0.01, y: 0.01}}\n",
+            presses[k % 2]);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate_any(&l, &ways[k / 2], 2, &status);
+        if (k % 2 == 0) {
+            CHECK_NEAR(last_q(run)[0], -0.049, 1e2 * ways[k / 2].tolerance);
+            CHECK_NEAR(last_q(run)[1], -0.03, 1e2 * ways[k / 2].tolerance);
+        } else {
+            CHECK(status == KEMPE_STOPPED);
+            CHECK_NEAR(last_q(run)[0], -0.05, 1e2 * ways[k / 2].tolerance);
+            CHECK(run && strstr(kempe_trajectory_reason(run), "is deeper behind a hollow corner than half of the way"));
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* A point is held in a triangle with round corners, 2 mm deep and 2 mm before the end of a side. The side presses
  * there, though the line that halves the corner's angle at that end is nearer. */
 static void a_law_acts_before_a_round_corner(void)
@@ -561,6 +594,7 @@ int main(void)
     TEST(many_edges_cost_little);
     TEST(a_law_acts_on_pieces);
     TEST(a_law_acts_in_a_corner);
+    TEST(a_law_ends_deep_in_a_corner);
     TEST(a_law_acts_before_a_round_corner);
     TEST(an_included_outline_has_its_prefix);
     TEST(a_beam_strikes_an_outline);

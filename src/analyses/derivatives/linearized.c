@@ -4,7 +4,7 @@
  */
 #include "analyses/derivatives/linearized.h"
 #include "analyses/parts/closed_state.h"
-#include "analyses/parts/told_tables.h"
+#include "analyses/parts/doubted_state.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -187,9 +187,9 @@ void kmp_linear_derive(kmp_linear *linear)
     linear->tangents = derived;
 }
 
-void kmp_linear_tell_tables(const kmp_linear *l)
+void kmp_linear_doubt_state(const kmp_linear *l)
 {
-    kmp_eval_tell_tables(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true,
+    kmp_eval_doubt_state(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true,
                          l->system->use_count > 0 ? kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda)
                                                   : NULL);
 }

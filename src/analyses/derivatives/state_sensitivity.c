@@ -132,7 +132,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
-    kmp_linear_tell_tables(linear);
+    kmp_linear_doubt_state(linear);
     bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
     int rank = factor(sensitivity_of_state, linear, equilibrium);
     for (int k = 0; k < sensitivity_of_state->count; k++) {

@@ -4,6 +4,7 @@
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/close.h"
 #include "constraints/closing/deformation_rows.h"
 #include "constraints/evaluation/charts.h"
@@ -652,7 +653,7 @@ kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, 
 {
     kempe_assembly *a = NULL;
     beginning b = {.v = varied, .n = varied->n, .m = varied->m};
-    kempe_status status = kempe_assembly_new(varied->system, &a);
+    kempe_status status = kmp_assembly_at_start(varied->system, &a);
     if (status == KEMPE_OK && varied->count > 0)
         status = check(varied->system, a);
     b.a = a;

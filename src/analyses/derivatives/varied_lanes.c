@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
@@ -118,7 +119,7 @@ kempe_status kmp_varied_lanes_expect(kmp_varied_lanes *lanes, const int *wish, i
     kempe_assembly *start = NULL;
     kmp_partition part;
     const bool quiet = kmp_context_quiet(context, true);
-    kempe_status status = kempe_assembly_new(v->system, &start);
+    kempe_status status = kmp_assembly_at_start(v->system, &start);
     if (status == KEMPE_OK) {
         kmp_eval_closure(l->eval, 0, start->q);
         status = kmp_partition_init(&part, v->system, l->eval->jacobian, wish, wish_count);

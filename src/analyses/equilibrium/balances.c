@@ -11,15 +11,17 @@
 #include "analyses/equilibrium/friction_at_rest.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/running_state.h"
+#include "analyses/parts/doubted_state.h"
 #include "analyses/parts/study_print.h"
-#include "analyses/parts/told_tables.h"
 #include "backend/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
@@ -178,12 +180,13 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     return KEMPE_OK;
 }
 
-/* Names tables that each equilibrium leaves and loads that redundant constraints share, and shares them as requested.
+/* Names conditions that end runs and tables that each equilibrium leaves, and loads that redundant constraints share,
+ * and shares them as requested.
  */
 static kempe_status look_again(kempe_equilibrium *e)
 {
     const kempe_model *model = e->system->model;
-    const bool needed = model->closure_count > 0 || model->table_count > 0;
+    const bool needed = model->closure_count > 0 || model->table_count > 0 || e->system->events.count > 0;
     kmp_evaluator *eval = needed ? kmp_eval_new(e->system, "tape") : NULL;
     kempe_status status = eval || !needed ? KEMPE_OK : KEMPE_E_MEMORY;
     const double *zero = KMP_ARENA_NEW(&e->arena, double, e->system->n);
@@ -194,7 +197,7 @@ static kempe_status look_again(kempe_equilibrium *e)
         const char *text = NULL;
         kmp_shared_loads found = {0};
         if (zero)
-            kmp_eval_tell_tables(eval, 0, b->q, b->qd, zero, b->lambda, true,
+            kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true,
                                  kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
             status = kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction);
@@ -506,8 +509,12 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
     kmp_friction_state_open(l->eval);
     kempe_status status = kmp_equilibrium_find(l, 0, q, &search);
     if (status == KEMPE_OK) {
+        int from = 0;
         e->found++;
-        return keep(e, l, &search, near);
+        if (kmp_eval_next_end(l->eval, KMP_ENDS_OF_MODEL, 0, l->q, l->qd, l->qdd, l->lambda, &from) < 0)
+            return keep(e, l, &search, near);
+        e->ended++;
+        return KEMPE_OK;
     }
     if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
         return status;
@@ -560,7 +567,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     kempe_assembly *start = NULL;
     kmp_linear linear = {0};
     bool none;
-    kempe_status status = kempe_assembly_new(e->system, &start);
+    kempe_status status = kmp_assembly_at_start(e->system, &start);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
     if (status == KEMPE_OK)

@@ -114,9 +114,9 @@ struct kempe_equilibrium {
     bool state_alone;                      /* states and multipliers are wanted, without what is said of them */
     bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
     bool from_start;                       /* the first was reached from the start */
-    int starts, closed, found;
-    kmp_all_loads loads;        /* derived at the first balance */
-    bool has_loads, least_norm; /* of loads that are shared */
+    int starts, closed, found, ended;      /* ended: a run would end there, so that they are none */
+    kmp_all_loads loads;                   /* derived at the first balance */
+    bool has_loads, least_norm;            /* of loads that are shared */
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;

@@ -258,6 +258,9 @@ static void show_equilibrium(kmp_text *text, const void *result)
         kmp_text_printf(text,
                         "%d random starts: %d assembled, %d converged to an equilibrium; sampling may miss some%s\n",
                         e->starts, e->closed, e->found, e->from_start ? "" : "; none is found from the model's start");
+    if (e->ended > 0)
+        kmp_text_printf(text, "%d of them left out, because a run ends at %s\n", e->ended,
+                        e->ended == 1 ? "such a state" : "such states");
     kmp_averaged_put(text, "tracks    ", e->averaged);
     kmp_print_flexible(text, e->system->model, "flexible  ");
     for (int k = 0; k < e->count; k++)

@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
@@ -150,7 +151,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                         "unknown state '%s': 'start', 'equilibrium', or 'equilibrium NAME=RATE,..' (a steady motion)",
                         word);
     kempe_assembly *a = NULL;
-    KMP_TRY(kempe_assembly_new(system, &a));
+    KMP_TRY(kmp_assembly_at_start(system, &a));
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {

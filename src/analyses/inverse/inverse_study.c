@@ -4,13 +4,14 @@
 #include "analyses/inverse/inverse_study.h"
 #include "analyses/inverse/inverse_dynamics.h"
 #include "analyses/inverse/prescribed_motion.h"
+#include "analyses/parts/doubted_state.h"
 #include "analyses/parts/ranges.h"
 #include "analyses/parts/series_summary.h"
-#include "analyses/parts/told_tables.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
@@ -118,7 +119,7 @@ static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
     kempe_assembly *a = NULL;
     kmp_partition part = {0};
     kmp_evaluator *eval = kmp_eval_new(s, kmp_backend_default());
-    kempe_status status = eval ? kempe_assembly_new(s, &a) : KEMPE_E_MEMORY;
+    kempe_status status = eval ? kmp_assembly_at_start(s, &a) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK) {
         kmp_eval_closure(eval, 0, a->q);
         status = kmp_partition_init(&part, s, eval->jacobian, NULL, 0);
@@ -466,7 +467,7 @@ static kempe_status keep_row(job *j)
         memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
         memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
     }
-    kmp_eval_tell_tables(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
+    kmp_eval_doubt_state(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
     note_row(j, g->t);
     r->rows++;
     return KEMPE_OK;

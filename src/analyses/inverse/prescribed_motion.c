@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/spline.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
@@ -436,7 +437,7 @@ static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
     }
     /* The assembled start, at t = 0. */
     kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(g->system, &a);
+    kempe_status status = kmp_assembly_at_start(g->system, &a);
     if (status == KEMPE_OK) {
         memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
         memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);

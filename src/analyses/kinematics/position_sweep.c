@@ -4,10 +4,11 @@
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/deflections.h"
 #include "analyses/kinematics/sweep.h"
+#include "analyses/parts/doubted_state.h"
 #include "analyses/parts/ranges.h"
-#include "analyses/parts/told_tables.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/partition/singularity_causes.h"
@@ -367,7 +368,7 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
     const kempe_kinematics *k = j->k;
     double t = k->time < 0 ? 0 : kmp_sweep_parameter_value(&k->parameter[k->time], s);
     const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero) : NULL;
-    kmp_eval_tell_tables(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
+    kmp_eval_doubt_state(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }
@@ -694,7 +695,7 @@ static kempe_status run(job *j, const kempe_kinematics_options *options, kmp_def
     if (!kmp_backend_find(backend))
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
                         kmp_backend_names());
-    KMP_TRY(kempe_assembly_new(s, &j->assembly));
+    KMP_TRY(kmp_assembly_at_start(s, &j->assembly));
     j->zero = KMP_ARENA_NEW(&k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&k->arena, double, k->parameter_count);
     KMP_TRY(kmp_made(s->context, !k->arena.failed));

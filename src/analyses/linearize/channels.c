@@ -523,7 +523,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
                         "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     KMP_TRY(status);
-    kmp_linear_tell_tables(&c->linear);
+    kmp_linear_doubt_state(&c->linear);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, forces || c->outputs.count > 0, &c->slopes));
     KMP_TRY(transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));

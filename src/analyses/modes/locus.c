@@ -122,7 +122,7 @@ kempe_status kmp_operating_family_go(kmp_operating_family *s, double value, kmp_
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
     KMP_TRY(kmp_averaged_judge(s->options.averaged, &s->linear));
     kmp_linear_matrices(&s->linear);
-    kmp_linear_tell_tables(&s->linear);
+    kmp_linear_doubt_state(&s->linear);
     KMP_TRY(kmp_modes_init(modes, &s->linear, s->brief));
     if (!s->options.spare)
         modes->count = modes->spectrum.count = modes->shown;

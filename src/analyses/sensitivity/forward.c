@@ -511,7 +511,7 @@ double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equati
 {
     const kmp_linear *l = &varied->linear;
     kmp_instant at = kmp_linear_instant(&varied->linear);
-    kmp_linear_tell_tables(l);
+    kmp_linear_doubt_state(l);
     const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
     const kmp_sensitivity_equations_row here = {
         .q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
@@ -565,7 +565,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (!f->options->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
-    kmp_linear_tell_tables(&v->linear);
+    kmp_linear_doubt_state(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
     f->t = NAN; /* the place is lost */

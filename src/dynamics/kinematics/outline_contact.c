@@ -22,7 +22,7 @@
 #define TURN 6.28318530717958647692
 
 /* Conditions of a part. */
-enum { PART_STANDS, PART_PASSES };
+enum { PART_STANDS, PART_PASSES, PART_LEAVES_CORNER /* at the beginning; 1 more at the end */ };
 
 /* 1 where a value is negative. Every change would fill the log: it is not noted. */
 static kmp_ref stands(const kmp_tree *tree, const kmp_outline_part *part, const void *of, kmp_ref value, double lag,
@@ -261,6 +261,27 @@ static void end_inside(const kmp_tree *tree, const kmp_outline_part *part, kmp_r
                  "contact '%s' is inside the solid by half of its thickness", part->name);
 }
 
+/* Runs end where a circle presses on both sides of a hollow corner and one of them counts no more: beyond its border,
+ * before the surface of the circle leaves the piece, and as near to the corner as there are only its sides. */
+static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bool at_end, kmp_ref x, kmp_ref y,
+                          kmp_ref gap)
+{
+    kmp_graph *g = tree->graph;
+    const double *corner = at_end ? part->piece.to : part->piece.from, reach = part->reach[at_end];
+    double out[2];
+    kmp_piece_tangent(&part->piece, at_end, out);
+    for (int i = 0; i < 2 && !at_end; i++)
+        out[i] = -out[i];
+    const kmp_ref dx = kmp_sub(g, x, kmp_const(g, corner[0])), dy = kmp_sub(g, y, kmp_const(g, corner[1]));
+    const kmp_ref beyond = kmp_sub(g, kmp_const(g, reach), along(g, out, corner, x, y));
+    const kmp_ref square = kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy));
+    const kmp_ref near = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 / (4 * reach)), square), kmp_const(g, reach));
+    kmp_tree_end(tree, part, PART_LEAVES_CORNER + at_end,
+                 kmp_binary(g, KMP_OP_MAX, beyond, kmp_binary(g, KMP_OP_MAX, gap, near)),
+                 "beyond it one of both sides would be lost: take a stiffer law",
+                 "contact '%s' is deeper behind a hollow corner than half of the way to the next piece", part->name);
+}
+
 /* The index of the piece that counts, from 1; 0: none does. */
 static kmp_ref index_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y)
 {
@@ -345,6 +366,9 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
     const kmp_ref within = kmp_mul(g, between_ends, is_outside(tree, part, between_ends, height));
     if (part->depth < INFINITY)
         end_inside(tree, part, within, kmp_add(g, height, kmp_const(g, KMP_OUTLINE_INSIDE * part->depth)));
+    for (int end = 0; end < 2; end++)
+        if (part->reach[end] > 0)
+            end_in_corner(tree, part, end, x, y, kmp_sub(g, height, radius));
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 

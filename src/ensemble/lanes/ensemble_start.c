@@ -219,7 +219,7 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
         q = known->q;
         qd = known->qd;
     } else {
-        KMP_TRY(kempe_assembly_new(e->s, a));
+        KMP_TRY(kmp_assembly_at_start(e->s, a));
         q = (*a)->q;
         qd = (*a)->qd;
         e->results[i].rates_changed = (*a)->rates_changed;

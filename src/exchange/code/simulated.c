@@ -5,6 +5,7 @@
 #include "backend/bounds.h"
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -298,7 +299,7 @@ static kempe_status take_start_values(struct kmp_simulated *x, kmp_arena *arena,
 static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
 {
     kempe_assembly *assembly = NULL;
-    kempe_status status = kempe_assembly_new(system, &assembly); /* given also where the loops do not close */
+    kempe_status status = kmp_assembly_at_start(system, &assembly); /* given also where the loops do not close */
     if (status == KEMPE_OK)
         status = take_start_values(x, arena, system, assembly);
     kempe_assembly_free(assembly);

@@ -2,6 +2,7 @@
 #include "exchange/code/start_choice.h"
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "model/data/model.h"
@@ -58,7 +59,7 @@ static kempe_status choose_of(kmp_code_source *source, const kempe_system *syste
     }
     kempe_assembly *assembly = NULL;
     kmp_evaluator *eval = NULL;
-    kempe_status status = kempe_assembly_new(system, &assembly);
+    kempe_status status = kmp_assembly_at_start(system, &assembly);
     if (status == KEMPE_OK)
         status = kmp_made(system->context, (eval = kmp_eval_new_of_closures(system)));
     if (status == KEMPE_OK)

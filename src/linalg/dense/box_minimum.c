@@ -17,8 +17,10 @@ enum {
 
 /* A pivot of D with a unit diagonal below this is zero: rounding of its elements. */
 #define SINGULAR 1e-11
-/* y below this part of the largest scaled one is zero. */
-#define FLAT 1e-12
+/* y below this part of the largest scaled one is zero; on entries without a pivot, whose slopes have the errors that
+ * neglected pivots have, below a larger part. */
+#define FLAT      1e-12
+#define FLAT_LEFT 1e-11
 
 typedef struct search {
     const kmp_box *box;
@@ -143,7 +145,7 @@ static bool find_step(search *s)
     /* The entry with the largest slope that remains where D is singular; -1: none. */
     int fall = -1;
     for (int k = s->count; k < s->inside; k++) {
-        const double slope = fabs(s->rest[k]), most = fall < 0 ? s->flat : fabs(s->rest[fall]);
+        const double slope = fabs(s->rest[k]), most = fall < 0 ? FLAT_LEFT / FLAT * s->flat : fabs(s->rest[fall]);
         if (slope > most || (slope == most && fall >= 0 && s->order[k] < s->order[fall]))
             fall = k;
     }

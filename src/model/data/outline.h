@@ -88,6 +88,8 @@ typedef struct kmp_outline_part {
     /** Of a piece for points: the sharp corners beyond its ends, by number from 1; negative: between two copies. 0:
      * none. */
     int tip[2];
+    /** With a law, of ends at a hollow corner: how far beyond the corner the piece counts in the solid. 0: none. */
+    double reach[2];
     bool either;  /* of an arc of more than half a turn: one of both borders suffices */
     double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
     double away;  /* the distance that the contact has where the piece does not count */

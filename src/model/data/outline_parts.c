@@ -112,8 +112,9 @@ static bool is_beyond(const kmp_outline_border *border, const double place[2])
 }
 
 /* The least way through the solid behind a piece, between its borders, and beyond its ends by their reach. */
-static double depth_of(const kmp_outline *outline, const kmp_outline_part *part, const double reach[2], double size)
+static double depth_of(const kmp_outline *outline, const kmp_outline_part *part, double size)
 {
+    const double *reach = part->reach;
     double depth = INFINITY;
     for (int k = -1; k <= RAYS; k++) {
         double place[2], normal[2], along[2], far = INFINITY;
@@ -259,20 +260,19 @@ static bool make_class(kmp_arena *arena, const kmp_outline *outline, double radi
         part->either = part->piece.arc && fabs(part->piece.turn) > TURN / 2;
         if (whole)
             continue;
-        double reach[2];
         for (int end = 0; end < 2; end++) {
             part->tip[end] = tip_of(outline, k, end, radius);
-            reach[end] = reach_of(outline, k, end);
+            part->reach[end] = reach_of(outline, k, end);
         }
         const kmp_outline_border *low = k == 0 ? NULL : last, *high = k == n - 1 ? first : NULL;
-        bound_side(arena, outline, k, false, radius, reach[0], part, &low);
-        bound_side(arena, outline, k, true, radius, reach[1], part, &high);
+        bound_side(arena, outline, k, false, radius, part->reach[0], part, &low);
+        bound_side(arena, outline, k, true, radius, part->reach[1], part, &high);
         first = k == 0 ? low : first;
         last = high;
         if (part->piece.corner == 0) {
             part->high[1] = halve(arena, outline, k, true, part->tip[1] != 0);
             part->high[2] = halve(arena, outline, k, false, part->tip[0] != 0);
-            part->depth = depth_of(outline, part, reach, size);
+            part->depth = depth_of(outline, part, size);
         }
     }
     return !arena->failed;

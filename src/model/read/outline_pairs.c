@@ -115,6 +115,8 @@ static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other
     int turn = 0;
     for (int k = 0; k < count; k++) {
         kmp_outline_part *part = &parts[k];
+        if (!m->law) /* a rigid contact stops at the surface */
+            memset(part->reach, 0, sizeof part->reach);
         if (!kmp_piece_meets(&part->piece, pair.radius > 0) || (pair.swapped && is_circle(&part->piece)))
             continue;
         if (!first || m->law || first->piece.run != part->piece.run || first->second != part->second) {

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
@@ -364,17 +365,10 @@ static kempe_status check_ends(job *j)
 {
     const kempe_system *s = j->t->system;
     const kmp_linear *l = &j->linear;
-    double *change = KMP_ARENA_NEW(&j->arena, double, s->events.count);
-    KMP_TRY(kmp_made(s->context, change));
-    if (s->events.count > 0)
-        kmp_eval_all_changes(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, change);
-    for (int k = 0; k < s->events.count; k++) {
-        const char *advice = s->events.condition[k].advice;
-        if (s->events.condition[k].ends && change[k] < 0)
-            return kmp_fail(s->context, KEMPE_E_FAILED, "%s%s%s", s->event_text[k], advice ? ": " : "",
-                            advice ? advice : "");
-    }
-    return KEMPE_OK;
+    int from = 0;
+    const int k = kmp_eval_next_end(l->eval, KMP_ENDS_OF_MODEL, l->t, l->q, l->qd, l->qdd, l->lambda, &from);
+    return k < 0 ? KEMPE_OK
+                 : kmp_fail(s->context, KEMPE_E_FAILED, "%s: %s", s->event_text[k], s->events.condition[k].advice);
 }
 
 /* Largest relative difference of the curvature at the contact from the curvature of the patch, which is an average.

@@ -22,7 +22,7 @@ static bool is_done(const kempe_assembly *a)
 
 static kempe_outcome outcome_of(const kempe_assembly *a)
 {
-    return is_done(a) ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED;
+    return !is_done(a) ? KEMPE_OUTCOME_FAILED : a->ended ? KEMPE_OUTCOME_NOT_TRUSTWORTHY : KEMPE_OUTCOME_COMPLETE;
 }
 
 /* "" when it is done; else e.g. the loops that stay open, widest first. */
@@ -123,7 +123,7 @@ static void show_assembly(kmp_text *text, const void *result)
         kmp_text_put(&title, a->system->m > 0 ? "all loops are closed" : "the model has no loops");
     else
         put_reason(&title, a);
-    kmp_print_answer(text, &title, outcome_of(a), "", "", NULL);
+    kmp_print_answer(text, &title, outcome_of(a), a->ended ? a->ended : "", "", NULL);
     kmp_text_put(text, "\n");
     show_values(text, a);
     show_goals(text, a);
@@ -205,6 +205,8 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_put(&warnings, "");
     kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
+    if (a->ended)
+        kmp_text_printf(&warnings, "%s\n", a->ended);
     kmp_json j = kmp_print_head(text, a->system, outcome_of(a), reason.s, a->system->build_s, warnings.s);
     kmp_text_free_part(text, &warnings);
     kmp_text_free_part(text, &reason);

@@ -63,6 +63,7 @@ static const char *answer_of(const kempe_check *check)
 {
     return !check->assembled                               ? "does not assemble"
            : check->undetermined                           ? "no run is possible"
+           : check->ended                                  ? "cannot be simulated from its start"
            : check->part.p > 0                             ? "can be simulated"
            : check->driven > 0 || check->system->rheonomic ? "all motion is prescribed"
                                                            : "cannot move";

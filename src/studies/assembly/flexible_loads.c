@@ -3,6 +3,7 @@
  * to the axis of the beam at its station, in the axes of the section there. */
 #include "studies/assembly/flexible_loads.h"
 #include "base/context.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/deformation_rows.h"
 #include "constraints/closing/load_margin.h"
 #include "constraints/tolerances.h"
@@ -199,7 +200,7 @@ bool kmp_flexible_loads_find(kmp_flexible_loads *to, const kempe_check *check)
         return to->taken;
     if (check->own) { /* the mechanism that is examined has no forces */
         const bool quiet = kmp_context_quiet(s->context, true);
-        const kempe_status status = kempe_assembly_new(s, &own);
+        const kempe_status status = kmp_assembly_at_start(s, &own);
         (void)kmp_context_quiet(s->context, quiet);
         if (status == KEMPE_E_MEMORY)
             to->arena.failed = true;

@@ -2,6 +2,7 @@
 /* Comparison: every chosen method at every tolerance from one assembled start, judged at the reference's times. */
 #include "studies/compare/compare_study.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
@@ -742,7 +743,7 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     j->comparison->t_end = j->comparison->until = spec.t_end;
     j->eval = kmp_eval_new(j->comparison->system, spec.backend);
     KMP_TRY(j->eval ? KEMPE_OK : KEMPE_E_MEMORY);
-    KMP_TRY(kempe_assembly_new(c->system, &j->start));
+    KMP_TRY(kmp_assembly_at_start(c->system, &j->start));
     /* A stiff model is also run with implicit integrators, unless the user chose others. */
     bool stiff = false;
     if (!options->integrators) {

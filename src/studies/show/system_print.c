@@ -3,6 +3,7 @@
 #include "backend/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
@@ -130,7 +131,7 @@ static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *c
     *counts = (kmp_block_counts){0};
     if (!program || program->block_count == 0)
         return KEMPE_OK;
-    kempe_status status = kempe_assembly_new(system, &start);
+    kempe_status status = kmp_assembly_at_start(system, &start);
     if (status == KEMPE_OK)
         status = count_at(system, start, counts);
     kempe_assembly_free(start);

@@ -2,6 +2,7 @@
 /* Outputs of a mechanism: as columns of a trajectory, at states that are known already, and by handle. */
 #include "studies/simulate/observed.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -432,7 +433,7 @@ static kempe_status choose(kempe_outputs *o, const int *u, int count)
 {
     kmp_partition part = {0};
     kempe_assembly *a = NULL;
-    KMP_TRY(kempe_assembly_new(o->system, &a));
+    KMP_TRY(kmp_assembly_at_start(o->system, &a));
     kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
     kempe_assembly_free(a);
     kempe_status status = kmp_partition_init(&part, o->system, o->eval->jacobian, count ? u : NULL, count);
