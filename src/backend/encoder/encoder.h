@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What machine code of every processor has in common: operations on doubles, forms of registers, code that is being
- * written; and the functions and properties in which processors differ. Allocation of registers (registers.h) and
+/* This is what machine code has in common on all processors: operations on doubles, forms of registers, code that is
+ * being written; and the functions and properties in which processors differ. Allocation of registers (registers.h) and
  * operations in pairs (packs.h) are written for all of them. */
 #pragma once
 
@@ -25,7 +25,7 @@ typedef enum kmp_code_form {
     KMP_CODE_SIXTEEN_IN_PARTS = KMP_CODE_PARTS + KMP_CODE_TWO + 16
 } kmp_code_form;
 
-/** The number of doubles of a slot; of those that a call of the code works on, from its first argument on. */
+/** The number of doubles of a slot; how many of them a call of the code works on, from its first argument on. */
 static inline int kmp_code_lanes(kmp_code_form form)
 {
     return (int)form & (KMP_CODE_TWO - 1);
@@ -126,14 +126,14 @@ struct kmp_encoder {
     const kmp_code_form *forms; /* that it has, the best of equally many lanes first; the last one is 0 */
     bool mixes_pairs;           /* a pair may have a sum in one lane, a difference in the other */
     bool reads_memory;          /* one source may be in memory; the result of an operation of three replaces a source */
-    int bases;                  /* that a function has or sets, with base 0 */
+    int bases;                  /* that code can set, with base 0; 1: distances need none */
     /** True if this machine runs the form. */
     bool (*runs)(kmp_code_form form);
-    /** Number of registers; of doubles that short distances from one base reach. */
     int (*register_count)(kmp_code_form form);
+    /** Number of doubles that short distances from one base reach; NULL without bases. */
     int (*reach)(kmp_code_form form);
-    /** Sets a base other than 0 to a distance in bytes from base 0, in ascending order before all else of a function.
-     */
+    /** Sets a base other than 0 to a distance in bytes from base 0, in ascending order before all else of a function;
+     * NULL without bases. */
     void (*set_base)(kmp_written_code *c, int base, int32_t distance);
     /** d = x op y; unary: d = op y, x is the register of d. */
     void (*registers)(kmp_written_code *c, kmp_operation op, int d, int x, int y);

@@ -374,8 +374,11 @@ void kmp_registers_write(kmp_registers *r, kmp_written_code *c, uint32_t count, 
 {
     const kmp_encoder *e = c->encoder;
     const uint32_t bases = (uint32_t)e->bases;
-    writer w = {
-        .r = r, .c = c, .encoder = e, .reach = (uint32_t)e->reach(c->form), .registers = e->register_count(c->form)};
+    writer w = {.r = r,
+                .c = c,
+                .encoder = e,
+                .reach = bases > 1 ? (uint32_t)e->reach(c->form) : 0,
+                .registers = e->register_count(c->form)};
     w.near = count < BASED || r->places == 0 ? 0 : (bases - 1) * w.reach;
     kmp_written_begin(c);
     /* Bases are in the middle of the places that they reach. */
