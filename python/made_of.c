@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The parts of this build of the library, for kempe.about(). */
-#include "backend/x86/x86.h"
+#include "backend/encoders.h"
 #include "ensemble/fit/nonlinear_squares.h"
 #include "ensemble/optimize/constrained_minimum.h"
 #include "helpers.h"
@@ -22,9 +22,9 @@ const char *python_klu(void)
 
 const char *python_backend(void)
 {
-    return kmp_x86_runs(KMP_X86_EIGHT)  ? "machine code, lanes of eight"
-           : kmp_x86_runs(KMP_X86_FOUR) ? "machine code, lanes of four"
-                                        : "tape";
+    return kmp_code_runs(KMP_CODE_EIGHT) ? "machine code, lanes of eight"
+           : kmp_code_form_of(4)         ? "machine code, lanes of four"
+                                         : "tape";
 }
 
 const char *python_integrators(void)

@@ -2,7 +2,7 @@
 /* Counted cycles of an evaluation: linear in its operations, with constants that were fitted once. Choices by cost
  * thereby depend only on the model, never on the machine or its load. */
 #include "integrators/formulations/cost_model.h"
-#include "backend/x86/x86.h"
+#include "backend/encoders.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/solver.h"
@@ -28,7 +28,7 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
     double operations = (double)count.paper, each = EACH_LANES + EACH_MORE * fmin(1, operations / MORE);
     double cycles = CALL_LANES + (by_bodies ? BODIES : 1) * each * operations + DIV_LANES * (double)count.div +
                     TRIG_LANES * (double)count.trig;
-    return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
+    return kmp_code_form_of(4) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
 }
 
 /* Measured by restarts on two-armed lamps (bench/lamps) and exchanges of small mechanisms. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
 #include "integrators/run/methods.h"
+#include "backend/encoders.h"
 #include "backend/machine.h"
-#include "backend/x86/x86.h"
 #include "constraints/programs/saddle_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
@@ -122,10 +122,9 @@ static kmp_integrator_reason reason_against_lanes(const kempe_system *system, co
         return (kmp_integrator_reason){.because = "a step of radau cannot extend over a change point that is ignored"};
     if (spec->fixed_step > 0)
         return (kmp_integrator_reason){.because = "the steps of radau have no constant length"};
-    const char *obstacle = system->force ? "the model has user-defined forces"
-                           : kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT)
-                               ? kmp_saddle_program_obstacle(system, system->n + system->m)
-                               : "this machine has no vector registers of four or eight doubles";
+    const char *obstacle = system->force              ? "the model has user-defined forces"
+                           : kmp_code_form_of(8) != 0 ? kmp_saddle_program_obstacle(system, system->n + system->m)
+                                                      : "this machine has no vector registers of four or eight doubles";
     return (kmp_integrator_reason){.because = obstacle ? "radau would evaluate the stages of a step one by one" : NULL,
                                    .obstacle = obstacle};
 }

@@ -22,31 +22,20 @@ struct kmp_lanes {
     kmp_frame frame;             /* of one instance: positions of values */
     kmp_code code;               /* operations, where there is no machine code */
     kmp_routine *const *segment; /* machine code; NULL: there is none */
-    int width;
-    double *v;                /* slots x width */
-    kmp_lanes_sincos *sincos; /* NULL: kmp_sincos_lanes */
-    void *user;               /* of it */
-    const kmp_lanes *lender;  /* has found sines before; NULL: none */
-    uint32_t *twin;           /* by angle: the lender's angle that had the same bits last */
+    int width, at_once;          /* lanes; in one call of machine code */
+    double *v;                   /* slots x width */
+    kmp_lanes_sincos *sincos;    /* NULL: kmp_sincos_lanes */
+    void *user;                  /* of it */
+    const kmp_lanes *lender;     /* has found sines before; NULL: none */
+    uint32_t *twin;              /* by angle: the lender's angle that had the same bits last */
 };
 
 int kmp_lanes_best(void)
 {
-    return kmp_x86_runs(KMP_X86_TWO_EIGHTS) ? 16 : kmp_x86_runs(KMP_X86_FOUR) ? 4 : 8;
+    return kmp_code_runs(KMP_CODE_TWO_EIGHTS) ? 16 : kmp_code_form_of(4) ? 4 : 8;
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
-
-/* The form of machine code of this number of lanes that runs best here; 0: there is none. */
-static kmp_x86_form form_of(int width)
-{
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
-                                         KMP_X86_TWO_EIGHTS};
-    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
-        if (kmp_x86_lanes(forms[k]) == width && kmp_x86_runs(forms[k]))
-            return forms[k];
-    return 0;
-}
 
 /* The pages of the values are touched here: their first use in a run would interrupt it for each of them. */
 static bool add_room(kmp_lanes *lanes)
@@ -79,12 +68,13 @@ static bool make_plain(kmp_lanes *lanes, const kmp_program *p, const kmp_backend
     return ok;
 }
 
-static bool make(kmp_lanes *lanes, const kmp_program *p, kmp_x86_form form)
+static bool make(kmp_lanes *lanes, const kmp_program *p, kmp_code_form form)
 {
     const kmp_prepared *prepared = kmp_prepared_of(p, form, 0);
     if (!prepared || !prepared->code.pages)
         return prepared && make_plain(lanes, p, &kmp_backend_native);
     lanes->segment = prepared->code.segment;
+    lanes->at_once = kmp_code_at_once(form);
     bool ok = kmp_prepared_frame(prepared, &lanes->frame, NULL) && add_room(lanes);
     for (uint32_t k = 0; ok && k < prepared->start_count; k++)
         spread(lanes, prepared->start[k].slot, prepared->start[k].value);
@@ -97,7 +87,7 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)
     if (!lanes)
         return NULL;
     lanes->width = width;
-    kmp_x86_form form = plain ? 0 : form_of(width);
+    kmp_code_form form = plain ? 0 : kmp_code_form_of(width);
     if (form ? make(lanes, program, form) : make_plain(lanes, program, plain ? NULL : &kmp_backend_native))
         return lanes;
     kmp_lanes_free(lanes);
@@ -191,31 +181,31 @@ static inline __attribute__((always_inline)) void run_operation(const kmp_straig
     double *d = v + s->d * w;
     const double *x = v + s->x * w, *y = v + s->y * w, *z = v + s->z * w;
     switch (s->op) {
-    case KMP_X86_ADD:
+    case KMP_DO_ADD:
         for (size_t l = 0; l < w; l++)
             d[l] = x[l] + y[l];
         break;
-    case KMP_X86_SUB:
+    case KMP_DO_SUB:
         for (size_t l = 0; l < w; l++)
             d[l] = x[l] - y[l];
         break;
-    case KMP_X86_MUL:
+    case KMP_DO_MUL:
         for (size_t l = 0; l < w; l++)
             d[l] = x[l] * y[l];
         break;
-    case KMP_X86_DIV:
+    case KMP_DO_DIV:
         for (size_t l = 0; l < w; l++)
             d[l] = x[l] / y[l];
         break;
-    case KMP_X86_PRODUCT_ADD:
+    case KMP_DO_PRODUCT_ADD:
         for (size_t l = 0; l < w; l++)
             d[l] = fma(x[l], y[l], z[l]);
         break;
-    case KMP_X86_PRODUCT_SUB:
+    case KMP_DO_PRODUCT_SUB:
         for (size_t l = 0; l < w; l++)
             d[l] = fma(x[l], y[l], -z[l]);
         break;
-    case KMP_X86_SUB_PRODUCT:
+    case KMP_DO_SUB_PRODUCT:
         for (size_t l = 0; l < w; l++)
             d[l] = fma(-x[l], y[l], z[l]);
         break;
@@ -243,8 +233,8 @@ static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
     const kmp_code *code = &lanes->code;
     const kmp_straight *operations = code->operations;
     if (lanes->segment) {
-        if (lanes->segment[segment])
-            lanes->segment[segment](lanes->v);
+        for (int l = 0; lanes->segment[segment] && l < lanes->width; l += lanes->at_once)
+            lanes->segment[segment](lanes->v + l);
         return;
     }
     (kmp_has_multiply_add() ? run_inline : run_operations)(

@@ -29,7 +29,7 @@ static void release(void *code)
  * there is no code. */
 static bool take_prepared(native *n, const kmp_program *p, kmp_team *team)
 {
-    const kmp_prepared *prepared = kmp_prepared_of(p, KMP_X86_ONE, team ? kmp_team_threads(team) : 0);
+    const kmp_prepared *prepared = kmp_prepared_of(p, KMP_CODE_ONE, team ? kmp_team_threads(team) : 0);
     if (!prepared || !prepared->code.pages)
         return prepared;
     n->segment = prepared->code.segment;
@@ -39,7 +39,7 @@ static bool take_prepared(native *n, const kmp_program *p, kmp_team *team)
 static void *share(const kmp_program *p, kmp_team *team)
 {
     native *n = KMP_NEW(native, 1);
-    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || take_prepared(n, p, team));
+    bool ok = n && (!kmp_code_runs(KMP_CODE_ONE) || take_prepared(n, p, team));
     if (ok && n->segment)
         return n;
     release(n);
@@ -127,14 +127,14 @@ static void *prepare_either(const kmp_program *p)
 {
     waiting *w = KMP_NEW(waiting, 1);
     int total = p->code[p->stages];
-    bool at_once = total < LEAST_LATER || !kmp_x86_runs(KMP_X86_ONE) || kmp_prepared_known(p, KMP_X86_ONE, 0);
+    bool at_once = total < LEAST_LATER || !kmp_code_runs(KMP_CODE_ONE) || kmp_prepared_known(p, KMP_CODE_ONE, 0);
     if (!w)
         return NULL;
     kmp_cache_key key;
-    *w =
-        (waiting){.program = p,
-                  .now = at_once ? &kmp_backend_native : &kmp_backend_tape,
-                  .left = at_once ? 0 : (int64_t)(kmp_program_folder(p, KMP_X86_ONE, &key) ? RUNS_KEPT : RUNS) * total};
+    *w = (waiting){.program = p,
+                   .now = at_once ? &kmp_backend_native : &kmp_backend_tape,
+                   .left =
+                       at_once ? 0 : (int64_t)(kmp_program_folder(p, KMP_CODE_ONE, &key) ? RUNS_KEPT : RUNS) * total};
     w->code = w->now->prepare(p);
     if (w->code)
         return w;

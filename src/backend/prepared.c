@@ -2,7 +2,7 @@
 /* Layout and code of a program, made once for all threads, kept as a form of the program and as bytes in the cache.
  * Bytes from a file are checked in all their places before they are used. */
 #include "backend/prepared.h"
-#include "backend/x86/packs.h"
+#include "backend/encoder/packs.h"
 #include "base/memory.h"
 #include "platform/platform.h"
 #include <string.h>
@@ -42,17 +42,17 @@ static void find_kept(lister *b)
             b->kept[kmp_layout_instruction(l, p->output[k])] = 1;
 }
 
-kmp_x86_op kmp_code_op(const kmp_instruction *in)
+kmp_operation kmp_code_op(const kmp_instruction *in)
 {
     switch (in->op) {
     case KMP_OP_MUL:
-        return KMP_X86_MUL;
+        return KMP_DO_MUL;
     case KMP_OP_DIV:
-        return KMP_X86_DIV;
+        return KMP_DO_DIV;
     case KMP_OP_SQRT:
-        return KMP_X86_SQRT;
+        return KMP_DO_SQRT;
     default:
-        return in->b & 1 ? KMP_X86_SUB : KMP_X86_ADD;
+        return in->b & 1 ? KMP_DO_SUB : KMP_DO_ADD;
     }
 }
 
@@ -70,7 +70,7 @@ static void add_operation(void *self, int i)
                         .kept = b->kept[i]};
     if (count == 3) {
         s->z = kmp_layout_slot(l, operand[2]);
-        s->op = operand[0] & 1 ? KMP_X86_SUB_PRODUCT : operand[2] & 1 ? KMP_X86_PRODUCT_SUB : KMP_X86_PRODUCT_ADD;
+        s->op = operand[0] & 1 ? KMP_DO_SUB_PRODUCT : operand[2] & 1 ? KMP_DO_PRODUCT_SUB : KMP_DO_PRODUCT_ADD;
     }
 }
 
@@ -100,7 +100,7 @@ typedef struct piece {
  * from memory beyond the first cache, and the search for pairs takes longer than all else. */
 enum { USUAL_LENGTH = 10, MOST_PACKED = 50000 };
 
-static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, uint32_t *offset)
+static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_written_code *written, uint32_t *offset)
 {
     kmp_registers registers;
     uint32_t segments = l->frame->segment_count, slots = l->frame->slots;
@@ -114,12 +114,12 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
         pieces[g] = (piece){code->start[g + 1] - code->start[g], code->operations + code->start[g]};
         longest = pieces[g].count > longest ? pieces[g].count : longest;
     }
-    bool packs_pay = x86->form == KMP_X86_ONE && l->frame->threads == 0 && code->start[segments] <= MOST_PACKED;
+    bool packs_pay = written->form == KMP_CODE_ONE && l->frame->threads == 0 && code->start[segments] <= MOST_PACKED;
     if (packs_pay) {
         /* Puts equal operations side by side. */
         const kmp_frame *f = l->frame;
         uint32_t constants = KMP_FIRST_SLOT + (uint32_t)l->program->constant_count;
-        bool ok = kmp_packs_init(&packs, &l->arena, f->slots, f->v, KMP_FIRST_SLOT, constants);
+        bool ok = kmp_packs_init(&packs, &l->arena, written->encoder, f->slots, f->v, KMP_FIRST_SLOT, constants);
         for (uint32_t g = 0; ok && g < segments; g++)
             ok = kmp_packs_make(&packs, &pieces[g].count, &pieces[g].operations);
         if (!ok)
@@ -130,12 +130,13 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
     if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->threads > 0))
         return false;
     for (uint32_t g = 0; g < segments; g++) {
-        offset[g] = pieces[g].count > 0 ? (uint32_t)x86->size : NO_ROUTINE;
+        offset[g] = pieces[g].count > 0 ? (uint32_t)written->size : NO_ROUTINE;
         if (pieces[g].count > 0)
-            kmp_registers_write(&registers, x86, pieces[g].count, pieces[g].operations);
+            kmp_registers_write(&registers, written, pieces[g].count, pieces[g].operations);
     }
     /* Pairs and values that leave registers have slots behind the others. */
-    if (x86->failed || x86->size >= NO_ROUTINE || !kmp_frame_extend(l->frame, packs.next - slots + registers.used))
+    if (written->failed || written->size >= NO_ROUTINE ||
+        !kmp_frame_extend(l->frame, packs.next - slots + registers.used))
         return false;
     for (int k = 0; k < packs.constants; k++)
         memcpy(l->frame->v + packs.constant[k].slot, packs.constant[k].value, sizeof packs.constant[k].value);
@@ -182,22 +183,22 @@ static void release(kmp_program_form *form)
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-static bool write_code(kmp_prepared *prepared, const kmp_program *program, kmp_x86_form form, int threads)
+static bool write_code(kmp_prepared *prepared, const kmp_program *program, kmp_code_form form, int threads)
 {
     kmp_layout layout = {0};
     kmp_code *code = &prepared->code;
-    kmp_x86 x86 = {.form = form};
+    kmp_written_code written = {.encoder = kmp_encoder_here(), .form = form};
     bool ok =
         kmp_layout_init(&layout, &prepared->frame, program, kmp_code_is_straight, 0, &kmp_backend_native, threads) &&
         kmp_code_list(code, &layout);
     if (ok) {
         const uint32_t segments = prepared->frame.segment_count;
-        x86.expected = USUAL_LENGTH * (size_t)code->start[segments];
+        written.expected = USUAL_LENGTH * (size_t)code->start[segments];
         code->offset = KMP_ARENA_NEW(&prepared->frame.arena, uint32_t, segments);
-        ok = code->offset && write_segments(code, &layout, &x86, code->offset) &&
-             code_load(code, &prepared->frame.arena, x86.code, x86.size, segments, code->offset);
+        ok = code->offset && write_segments(code, &layout, &written, code->offset) &&
+             code_load(code, &prepared->frame.arena, written.code, written.size, segments, code->offset);
     }
-    kmp_x86_free(&x86);
+    kmp_written_free(&written);
     kmp_layout_free(&layout);
     kmp_arena_free(&code->list);
     return ok;
@@ -458,7 +459,7 @@ static const char *folder_of(const kmp_program *program, int kind, kmp_cache_key
     return program->code[program->stages] < LEAST_KEPT ? NULL : kmp_program_folder(program, kind, key);
 }
 
-static kmp_prepared *make(const kmp_program *program, kmp_x86_form form, int threads)
+static kmp_prepared *make(const kmp_program *program, kmp_code_form form, int threads)
 {
     kmp_cache_key key;
     int kind = kmp_prepared_kind(form, threads);
@@ -498,7 +499,7 @@ static kmp_prepared *recalled(const kmp_program *program, int kind)
     return NULL;
 }
 
-const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form, int threads)
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_code_form form, int threads)
 {
     int kind = kmp_prepared_kind(form, threads);
     kmp_program_form *found = kmp_program_find_form(program, kind);
@@ -508,7 +509,7 @@ const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form 
     return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : NULL;
 }
 
-const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form, int threads)
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_code_form form, int threads)
 {
     const kmp_prepared *known = kmp_prepared_known(program, form, threads);
     kmp_prepared *made = known ? NULL : make(program, form, threads);

@@ -3,8 +3,9 @@
  * only by their distance from the first, so that each machine has its slots and nothing else. */
 #pragma once
 
+#include "backend/encoder/registers.h"
+#include "backend/encoders.h"
 #include "backend/layout.h"
-#include "backend/x86/registers.h"
 #include "base/cache/bytes.h"
 #include "base/clones.h"
 #include "symbolic/program_forms.h"
@@ -26,7 +27,7 @@ typedef struct kmp_code {
 bool kmp_code_is_straight(const kmp_instruction *in);
 
 /** The operation of such an instruction. */
-kmp_x86_op kmp_code_op(const kmp_instruction *in);
+kmp_operation kmp_code_op(const kmp_instruction *in);
 
 /** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */
 bool kmp_code_list(kmp_code *code, kmp_layout *l);
@@ -53,17 +54,17 @@ typedef struct kmp_prepared {
 
 /** The kind of a form: the number of lanes, and of threads for which stages are in parts (0: they are in one). */
 enum { KMP_PREPARED_THREAD = 256 };
-static inline int kmp_prepared_kind(kmp_x86_form form, int threads)
+static inline int kmp_prepared_kind(kmp_code_form form, int threads)
 {
     return (int)form + KMP_PREPARED_THREAD * threads;
 }
 
 /** The code of a form that runs here, for a number of threads, made by the first call. Without code.pages there is no
  * machine code. NULL: no memory. */
-const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form, int threads);
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_code_form form, int threads);
 
 /** That which an earlier call has made, or an earlier process has kept; NULL: none. */
-const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form, int threads);
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_code_form form, int threads);
 
 /** kmp_prepared_frame: a frame with its own rooms of blocks, for a thread pool of as many threads as it was made for
  * (NULL: none), without slots. kmp_prepared_values: adds these. False: no memory; kmp_frame_free in any case. */

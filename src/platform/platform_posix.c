@@ -379,6 +379,9 @@ void *kmp_pages_new(const void *code, size_t size)
         return NULL;
     protect_code(0);
     memcpy(pages, code, size);
+#ifdef __aarch64__ /* fetches instructions from another cache than data */
+    __builtin___clear_cache(pages, (char *)pages + size);
+#endif
     protect_code(1);
     if (JIT || mprotect(pages, size, PROT_READ | PROT_EXEC) == 0)
         return pages;

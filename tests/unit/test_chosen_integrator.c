@@ -3,7 +3,7 @@
  * exchanged on trial during a run; lanes are made where they pay; the projected formulation where coordinates must be
  * exchanged; the same result each time, rows across an exchange, runs that keep theirs. On the others it is radau where
  * its stages have lanes; the reasons of another choice. */
-#include "backend/x86/x86.h"
+#include "backend/encoders.h"
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced.h"
@@ -37,7 +37,7 @@ static int take(void *user, double t, const double *q, const double *qd, const d
 
 static bool has_lanes(void)
 {
-    return kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
+    return kmp_code_form_of(8) != 0;
 }
 
 typedef struct result {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA with its stages in lanes: coefficients, accuracy and dense output on motions with known solutions, the same
  * bits with lanes and one by one, stiff motions, events. */
-#include "backend/x86/x86.h"
+#include "backend/encoders.h"
 #include "base/memory.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
@@ -392,7 +392,7 @@ static void test_events(void)
 
 static void check_default(const char *path, const char *formulation, bool lanes)
 {
-    bool machine = kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
+    bool machine = kmp_code_form_of(8) != 0;
     loaded l = load(path);
     kmp_run_spec spec = {.formulation = formulation};
     CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
@@ -426,7 +426,7 @@ static double follow_stewart(const kempe_system *s, bool near, double *q)
 static void test_nearby_mechanism(void)
 {
     loaded l = load("examples/stewart/stewart.yaml");
-    if (!kmp_x86_runs(KMP_X86_FOUR) || !l.system)
+    if (!kmp_code_form_of(4) || !l.system)
         return;
     int n = l.system->n;
     double *q = KMP_NEW(double, 2 * n), off = 0;

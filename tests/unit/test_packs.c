@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code with operations in pairs against the same operations in C, to the bit: random expressions that occur
  * again on other leaves, with sums for differences and operands exchanged, that share values, and that are summed. */
-#include "backend/x86/packs.h"
+#include "backend/encoder/packs.h"
+#include "backend/encoders.h"
 #include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
@@ -17,7 +18,7 @@ static kmp_straight operations[MOST];
 static uint32_t count;
 static double initial[ROOM];
 
-static uint32_t add(kmp_x86_op op, uint32_t x, uint32_t y, uint32_t z, bool kept)
+static uint32_t add(kmp_operation op, uint32_t x, uint32_t y, uint32_t z, bool kept)
 {
     operations[count] = (kmp_straight){.op = (uint16_t)op, .d = LEAVES + count, .x = x, .y = y, .z = z, .kept = kept};
     return LEAVES + count++;
@@ -31,21 +32,21 @@ static uint32_t place(int copy, int k)
                     : LEAVES + (uint32_t)(copy * SIZE + k - 12);
 }
 
-static kmp_x86_op variant(kmp_x86_op op)
+static kmp_operation variant(kmp_operation op)
 {
-    static const kmp_x86_op three[] = {KMP_X86_PRODUCT_ADD, KMP_X86_PRODUCT_SUB, KMP_X86_SUB_PRODUCT};
+    static const kmp_operation three[] = {KMP_DO_PRODUCT_ADD, KMP_DO_PRODUCT_SUB, KMP_DO_SUB_PRODUCT};
     if (pick(8) > 0)
         return op;
-    return op == KMP_X86_ADD ? KMP_X86_SUB : kmp_x86_has_three(op) ? three[pick(3)] : op;
+    return op == KMP_DO_ADD ? KMP_DO_SUB : kmp_operation_has_three(op) ? three[pick(3)] : op;
 }
 
 /* Copies of one random expression, in which some operations vary, then sums over them. `alike`: without variation. */
 static void make_copies(bool alike)
 {
-    static const kmp_x86_op ops[] = {KMP_X86_ADD,         KMP_X86_MUL, KMP_X86_SUB,         KMP_X86_PRODUCT_ADD,
-                                     KMP_X86_ADD,         KMP_X86_MUL, KMP_X86_PRODUCT_SUB, KMP_X86_PRODUCT_ADD,
-                                     KMP_X86_SUB_PRODUCT, KMP_X86_MUL, KMP_X86_DIV,         KMP_X86_SQRT};
-    kmp_x86_op op[SIZE];
+    static const kmp_operation ops[] = {KMP_DO_ADD,         KMP_DO_MUL, KMP_DO_SUB,         KMP_DO_PRODUCT_ADD,
+                                        KMP_DO_ADD,         KMP_DO_MUL, KMP_DO_PRODUCT_SUB, KMP_DO_PRODUCT_ADD,
+                                        KMP_DO_SUB_PRODUCT, KMP_DO_MUL, KMP_DO_DIV,         KMP_DO_SQRT};
+    kmp_operation op[SIZE];
     int x[SIZE], y[SIZE], z[SIZE];
     count = 0;
     for (int k = 0; k < SIZE; k++) {
@@ -56,33 +57,33 @@ static void make_copies(bool alike)
     }
     for (int copy = 0; copy < COPIES; copy++)
         for (int k = 0; k < SIZE; k++) {
-            bool turn = !alike && pick(6) == 0 && (kmp_x86_commutes(op[k]) || kmp_x86_has_three(op[k]));
+            bool turn = !alike && pick(6) == 0 && (kmp_operation_commutes(op[k]) || kmp_operation_has_three(op[k]));
             uint32_t a = place(copy, x[k]), b = place(copy, y[k]);
             (void)add(alike ? op[k] : variant(op[k]), turn ? b : a, turn ? a : b, place(copy, z[k]), pick(10) == 0);
         }
     for (int k = 0; k < 20; k++) {
         uint32_t sum = place(0, 12 + pick(SIZE));
         for (int copy = 1; copy < COPIES; copy++)
-            sum = add(KMP_X86_ADD, sum, place(copy, 12 + pick(SIZE)), 0, copy == COPIES - 1);
+            sum = add(KMP_DO_ADD, sum, place(copy, 12 + pick(SIZE)), 0, copy == COPIES - 1);
     }
 }
 
 static double value(const kmp_straight *s, const double *v)
 {
     switch (s->op) {
-    case KMP_X86_ADD:
+    case KMP_DO_ADD:
         return v[s->x] + v[s->y];
-    case KMP_X86_SUB:
+    case KMP_DO_SUB:
         return v[s->x] - v[s->y];
-    case KMP_X86_MUL:
+    case KMP_DO_MUL:
         return v[s->x] * v[s->y];
-    case KMP_X86_DIV:
+    case KMP_DO_DIV:
         return v[s->x] / v[s->y];
-    case KMP_X86_PRODUCT_ADD:
+    case KMP_DO_PRODUCT_ADD:
         return fma(v[s->x], v[s->y], v[s->z]);
-    case KMP_X86_PRODUCT_SUB:
+    case KMP_DO_PRODUCT_SUB:
         return fma(v[s->x], v[s->y], -v[s->z]);
-    case KMP_X86_SUB_PRODUCT:
+    case KMP_DO_SUB_PRODUCT:
         return fma(-v[s->x], v[s->y], v[s->z]);
     default:
         return sqrt(v[s->y]);
@@ -113,7 +114,7 @@ static int wrong_bits(routine *run, const kmp_packs *packs)
 /* Returns the number of operations with pairs. */
 static uint32_t one_program(bool alike)
 {
-    kmp_x86 code = {.form = KMP_X86_ONE};
+    kmp_written_code code = {.encoder = kmp_encoder_here(), .form = KMP_CODE_ONE};
     kmp_registers registers;
     kmp_arena arena = {0};
     kmp_packs packs;
@@ -123,7 +124,7 @@ static uint32_t one_program(bool alike)
     written = count;
     for (int k = 0; k < ROOM; k++)
         initial[k] = k < LEAVES ? between(-2, 2) : NAN;
-    CHECK(kmp_packs_init(&packs, &arena, SLOTS, initial, 0, CONSTANTS));
+    CHECK(kmp_packs_init(&packs, &arena, kmp_encoder_here(), SLOTS, initial, 0, CONSTANTS));
     CHECK(kmp_packs_make(&packs, &written, &list));
     CHECK(packs.next + KMP_PLACES <= ROOM);
     CHECK(kmp_registers_init(&registers, &arena, packs.slots, packs.next, written, false));
@@ -136,14 +137,14 @@ static uint32_t one_program(bool alike)
         CHECK(wrong_bits(run, &packs) == 0);
     kmp_pages_free(pages, code.size);
     kmp_arena_free(&arena);
-    kmp_x86_free(&code);
+    kmp_written_free(&code);
     return written;
 }
 
 static void equal_bits(void)
 {
     int shorter = 0;
-    if (!kmp_x86_runs(KMP_X86_ONE)) {
+    if (!kmp_code_runs(KMP_CODE_ONE)) {
         printf("skipped: machine code does not run here\n");
         return;
     }
@@ -164,7 +165,7 @@ static void short_pieces(void)
     kmp_packs packs;
     uint32_t written = 10;
     const kmp_straight *list = operations;
-    CHECK(kmp_packs_init(&packs, &arena, SLOTS, initial, 0, CONSTANTS));
+    CHECK(kmp_packs_init(&packs, &arena, kmp_encoder_here(), SLOTS, initial, 0, CONSTANTS));
     CHECK(kmp_packs_make(&packs, &written, &list));
     CHECK(written == 10 && list == operations && packs.next == packs.slots);
     kmp_arena_free(&arena);

@@ -65,7 +65,7 @@ static int outputs_of(const kmp_program *p)
 static kmp_program *fresh(const loaded *l)
 {
     kmp_program *p = kmp_program_copy(l->system->motion);
-    CHECK(p && !kmp_program_find_form(p, KMP_X86_ONE));
+    CHECK(p && !kmp_program_find_form(p, KMP_CODE_ONE));
     return p;
 }
 
@@ -87,9 +87,9 @@ static void machines_share_code(void)
     kmp_machine *m[MACHINES];
     for (int k = 0; k < MACHINES; k++)
         m[k] = kmp_machine_new(p, &kmp_backend_native);
-    const kmp_program_form *form = kmp_program_find_form(p, KMP_X86_ONE);
-    CHECK(!form == !kmp_x86_runs(KMP_X86_ONE));
-    CHECK(!form || form == &kmp_prepared_of(p, KMP_X86_ONE, 0)->form);
+    const kmp_program_form *form = kmp_program_find_form(p, KMP_CODE_ONE);
+    CHECK(!form == !kmp_code_runs(KMP_CODE_ONE));
+    CHECK(!form || form == &kmp_prepared_of(p, KMP_CODE_ONE, 0)->form);
     for (int k = 0; k < MACHINES; k++) /* what others ran before does not matter */
         CHECK(has_bits(&l, p, m[k], k));
     kmp_machine_free(m[0]);
@@ -181,7 +181,7 @@ static int runs_until_code(const loaded *l, const kmp_program *p, int most)
     int found = 0;
     for (int k = 0; k < most && !found; k++) {
         CHECK(has_bits(l, p, m, k));
-        found = kmp_program_find_form(p, KMP_X86_ONE) ? k + 1 : 0;
+        found = kmp_program_find_form(p, KMP_CODE_ONE) ? k + 1 : 0;
     }
     for (int k = 0; k < 3; k++)
         CHECK(has_bits(l, p, m, k));
@@ -193,7 +193,7 @@ static void code_is_written_when_it_pays(void)
 {
     loaded small = load("examples/andrews/andrews.yaml"), large = load("examples/suspension/suspension.yaml");
     kmp_program *of_small = fresh(&small), *of_large = fresh(&large);
-    bool runs = kmp_x86_runs(KMP_X86_ONE);
+    bool runs = kmp_code_runs(KMP_CODE_ONE);
     CHECK(runs_until_code(&small, of_small, 1) == (runs ? 1 : 0));
     int count = runs_until_code(&large, of_large, 1000);
     printf("   code of %d operations after %d runs\n", of_large->code[of_large->stages], count);
@@ -210,7 +210,7 @@ static void code_is_written_when_it_pays(void)
 
 /* A form of a program: in one part, or in parts for threads. */
 typedef struct shape {
-    kmp_x86_form form;
+    kmp_code_form form;
     int threads;
 } shape;
 
@@ -258,7 +258,7 @@ static void check_bytes(const loaded *l, shape of)
     kmp_program *p = fresh(l), *other = fresh(l);
     kmp_prepared taken;
     kmp_bytes b = {0}, again = {0};
-    if (kmp_x86_runs(of.form)) {
+    if (kmp_code_runs(of.form)) {
         put(p, of, &b);
         CHECK(take(&b, other, of, &taken));
         CHECK((kmp_frame_parts(&taken.frame, STAGE) > 1) == (of.threads > 0));
@@ -275,14 +275,12 @@ static void check_bytes(const loaded *l, shape of)
 
 static void bytes_are_the_same(void)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
-                                         KMP_X86_TWO_EIGHTS};
     loaded l = load(path), wagon = load(divided);
-    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
-        check_bytes(&l, (shape){forms[k], 0});
+    for (const kmp_code_form *form = kmp_encoder_here()->forms; *form; form++)
+        check_bytes(&l, (shape){*form, 0});
     take_base(&wagon);
     for (int threads = 2; threads < 5; threads++)
-        check_bytes(&wagon, (shape){KMP_X86_ONE, threads});
+        check_bytes(&wagon, (shape){KMP_CODE_ONE, threads});
     unload(&l);
     unload(&wagon);
 }
@@ -311,7 +309,7 @@ static void check_damage(const loaded *l, shape of)
         b.at[at] ^= 0xff;
     }
     CHECK(!take(&b, l->system->judge, of, &taken));
-    CHECK(!take(&b, p, (shape){KMP_X86_FOUR, of.threads}, &taken));
+    CHECK(!take(&b, p, (shape){KMP_CODE_FOUR, of.threads}, &taken));
     CHECK(!take(&b, p, (shape){of.form, of.threads + 2}, &taken));
     kmp_bytes_free(&b);
     kmp_program_free(p);
@@ -320,9 +318,9 @@ static void check_damage(const loaded *l, shape of)
 static void damaged_bytes_are_refused(void)
 {
     loaded l = load(path), wagon = load(divided);
-    if (kmp_x86_runs(KMP_X86_ONE)) {
-        check_damage(&l, (shape){KMP_X86_ONE, 0});
-        check_damage(&wagon, (shape){KMP_X86_ONE, 2});
+    if (kmp_code_runs(KMP_CODE_ONE)) {
+        check_damage(&l, (shape){KMP_CODE_ONE, 0});
+        check_damage(&wagon, (shape){KMP_CODE_ONE, 2});
     }
     unload(&l);
     unload(&wagon);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs: what is scheduled, and in which stage; the tape against a plain reading of the program, to the last bit. */
+#include "backend/encoders.h"
 #include "backend/machine.h"
-#include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "plain.h"
 #include "platform/platform.h"

@@ -2,7 +2,7 @@
 /* States are closed by Newton's method with the Jacobian of each lane. The programs belong to the evaluator, of the
  * tangents and of the derivatives by parameters; the linear algebra between them is kmp_reduction_lanes. */
 #include "analyses/derivatives/varied_lanes.h"
-#include "backend/x86/x86.h"
+#include "backend/encoders.h"
 #include "base/clones.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -34,7 +34,7 @@ enum { MOST_COORDINATES = 512 };
 
 bool kmp_varied_lanes_suit(const kempe_system *system)
 {
-    bool registers = kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
+    bool registers = kmp_code_form_of(8) != 0;
     return registers && !system->force && system->load_row_count == 0 && system->model->delay_count == 0 &&
            system->n <= MOST_COORDINATES;
 }

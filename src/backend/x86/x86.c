@@ -1,36 +1,65 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Encoding of instructions: prefix, opcode, registers or an address with the shortest distance. Code goes to pages that
- * are first written, then executed, never both at once. */
+/* Encoding of instructions: prefix, opcode, registers or an address with the shortest distance. */
 #include "backend/x86/x86.h"
 #include "base/clones.h"
-#include "base/memory.h"
-#include <string.h>
 
 enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a byte */ };
 
 /* rdi, then registers whose number needs no prefix: rsi, rdx, rcx, rax, which a function may overwrite; and rbx, rbp,
  * from SAVED on, which it has to restore. */
-static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
+static const int base_register[KMP_CODE_BASES] = {7, 6, 2, 1, 0, 3, 5};
 enum { SAVED = 5 };
-/* The second of two registers: its number after the number of the first one; its place in memory. */
-static int second_register(kmp_x86_form form)
+
+/* An instruction is its opcode; then a bit for operations on pairs of doubles, in the form of one double, as of
+ * kmp_operation; a bit for operations of three sources, whose opcode is without the bits for the order of the sources;
+ * then bits that follow as a byte. */
+enum { PAIR = KMP_DO_PAIR, THREE = KMP_DO_THREE, LOAD = 0x10, STORE = 0x11, SQRT = 0x51, ADD = 0x58, MUL = 0x59 };
+enum { TWICE = 0x12, LOAD_HIGH = 0x116, STORE_HIGH = 0x117 };
+static const uint16_t instruction[KMP_DO_COUNT] = {
+    [KMP_DO_LOAD] = LOAD,
+    [KMP_DO_STORE] = STORE,
+    [KMP_DO_SQRT] = SQRT,
+    [KMP_DO_ADD] = ADD,
+    [KMP_DO_MUL] = MUL,
+    [KMP_DO_SUB] = 0x5c,
+    [KMP_DO_DIV] = 0x5e,
+    [KMP_DO_MAX] = 0x5f,
+    [KMP_DO_TWICE] = TWICE,
+    [KMP_DO_SUB_ADD & 0xff] = 0x1d0,
+    [KMP_DO_XOR & 0xff] = 0x157,
+    [KMP_DO_LOW_LOW & 0xff] = 0x114,
+    [KMP_DO_LOW_HIGH & 0xff] = 0x21c6,
+    [KMP_DO_HIGH_LOW & 0xff] = 0x11c6,
+    [KMP_DO_HIGH_HIGH & 0xff] = 0x115,
+    [KMP_DO_LOAD_HIGH & 0xff] = LOAD_HIGH,
+    [KMP_DO_STORE_HIGH & 0xff] = STORE_HIGH,
+    [KMP_DO_PRODUCT_ADD & 0xff] = 0x208,
+    [KMP_DO_PRODUCT_SUB & 0xff] = 0x20a,
+    [KMP_DO_SUB_PRODUCT & 0xff] = 0x20c,
+    [KMP_DO_PRODUCT_SUB_ADD & 0xff] = 0x306,
+    [KMP_DO_PRODUCT_ADD_SUB & 0xff] = 0x307,
+};
+
+static int instruction_of(kmp_operation op)
 {
-    return kmp_x86_has_eights(form) ? 16 : 8;
+    return instruction[kmp_operation_row(op)] | ((int)op & PAIR);
 }
-/* Room for one more instruction. */
-static uint8_t *room(kmp_x86 *c)
+
+static int without_pair(int op)
 {
-    if (c->size + LONGEST > c->capacity) {
-        size_t capacity = c->capacity ? 2 * c->capacity : c->expected + 4096;
-        uint8_t *code = c->failed ? NULL : kmp_realloc(c->code, capacity, 1);
-        if (!code) {
-            c->failed = true;
-            return NULL;
-        }
-        c->code = code;
-        c->capacity = capacity;
-    }
-    return c->code + c->size;
+    return op & ~PAIR;
+}
+
+/* True for registers of eight doubles. */
+static bool has_eights(kmp_code_form form)
+{
+    return form == KMP_CODE_EIGHT || form == KMP_CODE_TWO_EIGHTS;
+}
+
+/* The second of two registers: its number after the number of the first one; its place in memory. */
+static int second_register(kmp_code_form form)
+{
+    return has_eights(form) ? 16 : 8;
 }
 
 static uint8_t *put(uint8_t *at, int byte)
@@ -48,32 +77,32 @@ static uint8_t *put_32(uint8_t *at, int32_t x)
 }
 
 /* Ends an instruction. */
-static void finish(kmp_x86 *c, const uint8_t *end)
+static void finish(kmp_written_code *c, const uint8_t *end)
 {
     c->size = (size_t)(end - c->code);
 }
 
-static bool is_packed(kmp_x86_form form, kmp_x86_op op)
+static bool is_packed(kmp_code_form form, int op)
 {
-    return form != KMP_X86_ONE || op & KMP_X86_PAIR;
+    return form != KMP_CODE_ONE || op & PAIR;
 }
 
 /* Loads and stores have no second source; a packed square root has none either. */
-static bool has_source(kmp_x86_form form, kmp_x86_op op)
+static bool has_source(kmp_code_form form, int op)
 {
-    kmp_x86_op single = kmp_x86_single(op);
-    return single != KMP_X86_LOAD && single != KMP_X86_STORE && op != KMP_X86_TWICE && op != KMP_X86_STORE_HIGH &&
-           !(single == KMP_X86_SQRT && is_packed(form, op));
+    const int single = without_pair(op);
+    return single != LOAD && single != STORE && op != TWICE && op != STORE_HIGH &&
+           !(single == SQRT && is_packed(form, op));
 }
 
 /* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
  * inverted. Operations of three sources are in the second table of opcodes, 0f 38, with W = 1. */
-static inline uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
+static inline uint8_t *put_prefix(uint8_t *at, kmp_code_form form, int op, int d, int x, int y)
 {
     int r = !(d & 8), b = !(y & 8), source = has_source(form, op) ? ~x & 31 : 31, v = source & 15;
-    bool three = kmp_x86_has_three(op);
-    int wide = form != KMP_X86_ONE, pp = three || is_packed(form, op) ? 1 : 3, table = three ? 2 : 1;
-    if (kmp_x86_has_eights(form)) {
+    bool three = op & THREE;
+    int wide = form != KMP_CODE_ONE, pp = three || is_packed(form, op) ? 1 : 3, table = three ? 2 : 1;
+    if (has_eights(form)) {
         at = put(at, 0x62);
         at = put(at, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | table);
         at = put(at, 1 << 7 | v << 3 | 1 << 2 | pp);
@@ -89,17 +118,18 @@ static inline uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op,
     return put(at, (int)op & 255);
 }
 
-static uint8_t *put_bits(uint8_t *at, kmp_x86_op op)
+static uint8_t *put_bits(uint8_t *at, int op)
 {
     return op >> 12 ? put(at, (int)op >> 12) : at;
 }
 
-static inline void put_registers(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
+static inline void put_registers(kmp_written_code *c, kmp_code_form form, int op, int d, int x, int y)
 {
-    uint8_t *at = room(c);
+    uint8_t *at = kmp_written_room(c, LONGEST);
     if (!at)
         return;
-    if (kmp_x86_commutes(op) && x < 8 && y >= 8) { /* a byte less */
+    const bool commutes = without_pair(op) == ADD || without_pair(op) == MUL;
+    if (commutes && x < 8 && y >= 8) { /* a byte less */
         int z = x;
         x = y;
         y = z;
@@ -110,46 +140,29 @@ static inline void put_registers(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, i
 }
 
 /* Most code is of the form of one double. */
-void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+static void use_registers(kmp_written_code *c, int op, int d, int x, int y)
 {
-    if (c->form == KMP_X86_ONE) {
-        put_registers(c, KMP_X86_ONE, op, d, x, y);
+    if (c->form == KMP_CODE_ONE) {
+        put_registers(c, KMP_CODE_ONE, op, d, x, y);
         return;
     }
     put_registers(c, c->form, op, d, x, y);
     int second = second_register(c->form);
-    if (c->form & KMP_X86_TWO)
+    if (c->form & KMP_CODE_TWO)
         put_registers(c, c->form, op, d + second, x + second, y + second);
 }
 
-/* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
-static kmp_x86_op ordered(kmp_x86_form form, kmp_x86_op op, kmp_x86_order order)
-{
-    static const unsigned bits[] = {0x90, 0xa0, 0xb0};
-    return (kmp_x86_op)((unsigned)op | bits[order] | !is_packed(form, op));
-}
-
-void kmp_x86_three(kmp_x86 *c, kmp_x86_op op, kmp_x86_order order, int d, int other, int third)
-{
-    kmp_x86_registers(c, ordered(c->form, op, order), d, other, third);
-}
-
-void kmp_x86_three_memory(kmp_x86 *c, kmp_x86_op op, kmp_x86_order order, int d, int other, int base, int32_t third)
-{
-    kmp_x86_memory(c, ordered(c->form, op, order), d, other, base, third);
-}
-
 /* Bytes by which short distances count. */
-static int32_t unit_of(kmp_x86_form form)
+static int32_t unit_of(kmp_code_form form)
 {
-    return kmp_x86_has_eights(form) ? 64 : 1;
+    return has_eights(form) ? 64 : 1;
 }
 
-static inline void put_memory(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int d, int x, int base, int32_t y)
+static inline void put_memory(kmp_written_code *c, kmp_code_form form, int op, int d, int x, int base, int32_t y)
 {
     int32_t unit = unit_of(form);
     bool is_short = y % unit == 0 && y / unit >= -SHORT && y / unit < SHORT;
-    uint8_t *at = room(c);
+    uint8_t *at = kmp_written_room(c, LONGEST);
     if (!at)
         return;
     at = put_prefix(at, form, op, d, x, 0);
@@ -158,22 +171,55 @@ static inline void put_memory(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int 
     finish(c, put_bits(at, op));
 }
 
-void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
+static void use_memory(kmp_written_code *c, int op, int d, int x, int base, int32_t y)
 {
-    if (c->form == KMP_X86_ONE) {
-        put_memory(c, KMP_X86_ONE, op, d, x, base, y);
+    if (c->form == KMP_CODE_ONE) {
+        put_memory(c, KMP_CODE_ONE, op, d, x, base, y);
         return;
     }
     put_memory(c, c->form, op, d, x, base, y);
     int second = second_register(c->form);
-    if (c->form & KMP_X86_TWO)
+    if (c->form & KMP_CODE_TWO)
         put_memory(c, c->form, op, d + second, x + second, base,
-                   y + kmp_x86_lanes(c->form) / 2 * (int32_t)sizeof(double));
+                   y + kmp_code_lanes(c->form) / 2 * (int32_t)sizeof(double));
 }
 
-void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
+static void write_registers(kmp_written_code *c, kmp_operation op, int d, int x, int y)
 {
-    uint8_t *at = room(c);
+    use_registers(c, instruction_of(op), d, x, y);
+}
+
+static void write_memory(kmp_written_code *c, kmp_operation op, int d, int x, kmp_code_address y)
+{
+    use_memory(c, instruction_of(op), d, x, y.base, y.distance);
+}
+
+/* The source whose register receives the result, with the source that may be in memory: x and y, x and z, z and y.
+ * Factors may exchange their names. */
+typedef enum operand_order { INTO_X_WITH_Y, INTO_X_WITH_Z, INTO_Z_WITH_Y } operand_order;
+
+/* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
+static int ordered(kmp_code_form form, int op, operand_order order)
+{
+    static const int bits[] = {0x90, 0xa0, 0xb0};
+    return op | bits[order] | !is_packed(form, op);
+}
+
+static void write_three(kmp_written_code *c, kmp_operation op, const kmp_three_sources *s)
+{
+    const int *from = s->from, into = s->into;
+    const int third = into == 2 ? (from[0] < 0 ? 0 : 1) : from[2] < 0 ? 2 : 1 - into, other = 3 - into - third;
+    const operand_order order = into == 2 ? INTO_Z_WITH_Y : third == 2 ? INTO_X_WITH_Z : INTO_X_WITH_Y;
+    const int written = ordered(c->form, instruction_of(op), order);
+    if (from[third] >= 0)
+        use_registers(c, written, s->d, from[other], from[third]);
+    else
+        use_memory(c, written, s->d, from[other], s->at.base, s->at.distance);
+}
+
+static void set_base(kmp_written_code *c, int base, int32_t distance)
+{
+    uint8_t *at = kmp_written_room(c, LONGEST);
     if (!at)
         return;
     if (base >= SAVED)
@@ -185,23 +231,23 @@ void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
     finish(c, put_32(at, distance));
 }
 
-int kmp_x86_register_count(kmp_x86_form form)
+static int register_count(kmp_code_form form)
 {
-    int registers = kmp_x86_has_eights(form) ? 32 : 16;
-    return form & KMP_X86_TWO ? registers / 2 : registers;
+    int registers = has_eights(form) ? 32 : 16;
+    return form & KMP_CODE_TWO ? registers / 2 : registers;
 }
 
-int kmp_x86_reach(kmp_x86_form form)
+static int reach(kmp_code_form form)
 {
-    return 2 * SHORT * unit_of(form) / (8 * kmp_x86_lanes(form));
+    return 2 * SHORT * unit_of(form) / (8 * kmp_code_lanes(form));
 }
 
-void kmp_x86_return(kmp_x86 *c)
+static void end(kmp_written_code *c)
 {
-    uint8_t *at = room(c);
+    uint8_t *at = kmp_written_room(c, LONGEST);
     if (!at)
         return;
-    if (c->form != KMP_X86_ONE) { /* vzeroupper */
+    if (c->form != KMP_CODE_ONE) { /* vzeroupper */
         at = put(at, 0xc5);
         at = put(at, 0xf8);
         at = put(at, 0x77);
@@ -212,10 +258,10 @@ void kmp_x86_return(kmp_x86 *c)
     finish(c, put(at, 0xc3));
 }
 
-bool kmp_x86_runs(kmp_x86_form form)
+static bool runs(kmp_code_form form)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
-    bool wide = kmp_x86_has_eights(form) ? kmp_has_eight() : __builtin_cpu_supports("avx");
+    bool wide = has_eights(form) ? kmp_has_eight() : __builtin_cpu_supports("avx");
     return wide && __builtin_cpu_supports("fma");
 #else
     (void)form;
@@ -223,8 +269,19 @@ bool kmp_x86_runs(kmp_x86_form form)
 #endif
 }
 
-void kmp_x86_free(kmp_x86 *c)
-{
-    kmp_free(c->code);
-    *c = (kmp_x86){.form = c->form};
-}
+static const kmp_code_form forms[] = {KMP_CODE_ONE,       KMP_CODE_FOUR,       KMP_CODE_EIGHT,
+                                      KMP_CODE_TWO_FOURS, KMP_CODE_TWO_EIGHTS, 0};
+
+const kmp_encoder kmp_encoder_x86 = {.name = "x86-64",
+                                     .forms = forms,
+                                     .mixes_pairs = true,
+                                     .reads_memory = true,
+                                     .bases = KMP_CODE_BASES,
+                                     .runs = runs,
+                                     .register_count = register_count,
+                                     .reach = reach,
+                                     .set_base = set_base,
+                                     .registers = write_registers,
+                                     .memory = write_memory,
+                                     .three = write_three,
+                                     .end = end};

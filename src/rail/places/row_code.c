@@ -7,7 +7,7 @@
 #include "platform/platform.h"
 #include <math.h>
 
-/* KIND: from which on the kinds of these forms of programs are, beyond the kinds of kmp_x86_form. LEAST: the number of
+/* KIND: from which on the kinds of these forms of programs are, beyond the kinds of kmp_code_form. LEAST: the number of
  * operations for which a call pays. */
 enum { KIND = 1024, LEAST_PIECE = 2 };
 
@@ -36,7 +36,7 @@ typedef struct writing {
     bool *kept;    /* by instruction: read outside its piece */
     kmp_row_piece *piece;
     kmp_straight *operations; /* of one piece */
-    kmp_x86_address *place;   /* by value */
+    kmp_code_address *place;  /* by value */
     uint32_t *offset;         /* of each piece in the code */
 } writing;
 
@@ -80,7 +80,7 @@ static void keep(writing *w, uint32_t operand, int piece)
         w->kept[i] = true;
 }
 
-static bool write(writing *w, kmp_x86 *x86)
+static bool write(writing *w, kmp_written_code *written)
 {
     const uint32_t values = (uint32_t)(w->leaves + end_of(w->p));
     kmp_registers registers;
@@ -88,22 +88,22 @@ static bool write(writing *w, kmp_x86 *x86)
         return false;
     registers.address = w->place;
     for (int k = 0; k < w->count; k++) {
-        w->offset[k] = (uint32_t)x86->size;
+        w->offset[k] = (uint32_t)written->size;
         uint32_t count = 0;
         for (int i = w->piece[k].first; i < w->piece[k].end; i++) {
             const kmp_instruction *in = &w->p->instruction[i];
             if (!is_by_slot(w, i))
                 continue;
             const bool one = in->op == KMP_OP_SQRT, floor = in->op == KMP_OP_MAX;
-            w->operations[count++] = (kmp_straight){.op = (uint16_t)(floor ? KMP_X86_MAX : kmp_code_op(in)),
+            w->operations[count++] = (kmp_straight){.op = (uint16_t)(floor ? KMP_DO_MAX : kmp_code_op(in)),
                                                     .d = (uint32_t)(w->leaves + i),
                                                     .x = one ? 0 : (floor ? in->b : in->a) >> 1,
                                                     .y = (one || floor ? in->a : in->b) >> 1,
                                                     .kept = w->kept[i]};
         }
-        kmp_registers_write(&registers, x86, count, w->operations);
+        kmp_registers_write(&registers, written, count, w->operations);
     }
-    return !x86->failed;
+    return !written->failed;
 }
 
 static bool find_pieces(writing *w)
@@ -111,14 +111,14 @@ static bool find_pieces(writing *w)
     const int code = end_of(w->p), values = w->leaves + code;
     if (!KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, code, &w->piece_of), KMP_ROOM(bool, code, &w->kept),
                         KMP_ROOM(kmp_row_piece, code, &w->piece), KMP_ROOM(kmp_straight, code, &w->operations),
-                        KMP_ROOM(kmp_x86_address, values, &w->place), KMP_ROOM(uint32_t, code, &w->offset)))
+                        KMP_ROOM(kmp_code_address, values, &w->place), KMP_ROOM(uint32_t, code, &w->offset)))
         return false;
     /* Addresses of rows; those too far from their base have none. */
     const int32_t most = INT32_MAX / (int32_t)sizeof(double);
     for (int k = 0; k < values; k++) {
         if (w->address[k].at > most)
             return false;
-        w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
+        w->place[k] = (kmp_code_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
     }
     /* Cuts the stages into pieces at functions. Instructions that depend only on places belong to no piece, and
      * end none. */
@@ -148,12 +148,12 @@ static bool find_pieces(writing *w)
     return true;
 }
 
-static bool load_rows(rows *r, const writing *w, const kmp_x86 *x86)
+static bool load_rows(rows *r, const writing *w, const kmp_written_code *written)
 {
     r->code.count = w->count;
     r->code.piece = kmp_arena_copy(&r->arena, w->piece, w->count, sizeof *w->piece);
-    r->pages = r->code.piece ? kmp_pages_new(x86->code, x86->size) : NULL;
-    r->size = x86->size;
+    r->pages = r->code.piece ? kmp_pages_new(written->code, written->size) : NULL;
+    r->size = written->size;
     for (int k = 0; r->pages && k < w->count; k++)
         kmp_code_at(r->pages, w->offset[k], &r->code.piece[k].run);
     return r->pages;
@@ -164,12 +164,13 @@ static rows *write_rows(const kmp_program *program, size_t width, const kmp_row_
     rows *r = KMP_NEW(rows, 1);
     if (!r)
         return NULL;
-    kmp_x86 x86 = {.form = kmp_x86_runs(KMP_X86_EIGHT) ? KMP_X86_EIGHT : KMP_X86_FOUR};
+    const kmp_code_form form = kmp_code_runs(KMP_CODE_EIGHT) ? KMP_CODE_EIGHT : kmp_code_form_of(4);
+    kmp_written_code written = {.encoder = kmp_encoder_here(), .form = form};
     writing w = {.p = program, .address = address, .leaves = program->constant_count + program->input_count};
     r->code =
-        (kmp_row_code){.form = {.kind = KIND + (int)width, .release = release_rows}, .lanes = kmp_x86_lanes(x86.form)};
-    bool made = find_pieces(&w) && write(&w, &x86) && load_rows(r, &w, &x86);
-    kmp_x86_free(&x86);
+        (kmp_row_code){.form = {.kind = KIND + (int)width, .release = release_rows}, .lanes = kmp_code_at_once(form)};
+    bool made = find_pieces(&w) && write(&w, &written) && load_rows(r, &w, &written);
+    kmp_written_free(&written);
     kmp_arena_free(&w.arena);
     if (made)
         return r;
@@ -180,7 +181,7 @@ static rows *write_rows(const kmp_program *program, size_t width, const kmp_row_
 const kmp_row_code *kmp_row_code_of(const kmp_program *program, size_t width, const kmp_row_address *address)
 {
     kmp_program_form *found = kmp_program_find_form(program, KIND + (int)width);
-    if (found || !kmp_x86_runs(KMP_X86_FOUR))
+    if (found || !kmp_code_form_of(4))
         return (const kmp_row_code *)found;
     rows *made = write_rows(program, width, address);
     return made ? (const kmp_row_code *)kmp_program_add_form(program, &made->code.form) : NULL;

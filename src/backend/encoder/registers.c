@@ -2,7 +2,7 @@
 /* Register allocation in one pass over straight-line code: next uses are known, so the value with the farthest one
  * leaves (Belady 1966). Values live in a register, in a place in memory, or in both; a store happens only if the value
  * is read again. */
-#include "backend/x86/registers.h"
+#include "backend/encoder/registers.h"
 #include <string.h>
 
 #define NEVER UINT32_MAX
@@ -14,7 +14,8 @@ enum { NEAR = 1500, BASED = 100 };
 /* The state of writing. */
 typedef struct writer {
     kmp_registers *r;
-    kmp_x86 *c;
+    kmp_written_code *c;
+    const kmp_encoder *encoder;
     uint32_t at;    /* operation */
     uint32_t near;  /* places at short distances from bases */
     uint32_t reach; /* of these, from one base */
@@ -45,9 +46,9 @@ static bool is_pair(const kmp_registers *r, uint32_t slot)
 }
 
 /* A load or a store of all of a value. */
-static kmp_x86_op whole(const kmp_registers *r, kmp_x86_op op, uint32_t slot)
+static kmp_operation whole(const kmp_registers *r, kmp_operation op, uint32_t slot)
 {
-    return is_pair(r, slot) ? op | KMP_X86_PAIR : op;
+    return is_pair(r, slot) ? op | KMP_DO_PAIR : op;
 }
 
 /* -- memory ------------------------------------------------------------------------------------------ */
@@ -92,34 +93,33 @@ static void free_place_if_done(kmp_registers *r, uint32_t slot)
 
 static int32_t bytes(const writer *w, uint32_t slots)
 {
-    return (int32_t)(8 * (uint32_t)kmp_x86_lanes(w->c->form) * slots);
+    return (int32_t)(8 * (uint32_t)kmp_code_lanes(w->c->form) * slots);
 }
 
 /* The place of a value, or of its lane. */
-static kmp_x86_address address_of(const writer *w, uint32_t slot, uint32_t lane)
+static kmp_code_address address_of(const writer *w, uint32_t slot, uint32_t lane)
 {
     uint32_t place = w->r->place[slot];
     if (place == 0 && w->r->address)
         return w->r->address[slot];
     if (place == 0)
-        return (kmp_x86_address){0, bytes(w, slot + lane)};
+        return (kmp_code_address){0, bytes(w, slot + lane)};
     if (--place < w->near)
-        return (kmp_x86_address){1 + (int)(place / w->reach),
-                                 bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2)};
-    return (kmp_x86_address){0, bytes(w, w->r->slots + place + lane)};
+        return (kmp_code_address){1 + (int)(place / w->reach),
+                                  bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2)};
+    return (kmp_code_address){0, bytes(w, w->r->slots + place + lane)};
 }
 
-static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t slot, uint32_t lane)
+static void use_memory(const writer *w, kmp_operation op, int d, int x, uint32_t slot, uint32_t lane)
 {
-    kmp_x86_address y = address_of(w, slot, lane);
-    kmp_x86_memory(w->c, op, d, x, y.base, y.distance);
+    w->encoder->memory(w->c, op, d, x, address_of(w, slot, lane));
 }
 
 /* -- registers --------------------------------------------------------------------------------------- */
 
 static uint32_t bit_of(int reg)
 {
-    return 1u << (reg & (KMP_X86_REGISTERS - 1));
+    return 1u << (reg & (KMP_CODE_REGISTERS - 1));
 }
 
 static void forget(kmp_registers *r, int reg)
@@ -146,11 +146,11 @@ static int find(const writer *w, int but, uint32_t than)
         return __builtin_ctz(r->is_free);
     uint64_t furthest = 0; /* next use, then the register, the first of equals */
     for (int k = 0; k < w->registers; k++) {
-        uint64_t next = (uint64_t)r->until[k] << 8 | (unsigned)(KMP_X86_REGISTERS - k);
+        uint64_t next = (uint64_t)r->until[k] << 8 | (unsigned)(KMP_CODE_REGISTERS - k);
         next = k == but ? 0 : next;
         furthest = next > furthest ? next : furthest;
     }
-    return furthest >> 8 > than ? KMP_X86_REGISTERS - (int)(furthest & 255) : -1;
+    return furthest >> 8 > than ? KMP_CODE_REGISTERS - (int)(furthest & 255) : -1;
 }
 
 /* Frees the register: a value that memory has not got yet is stored, if it will be read. */
@@ -162,7 +162,7 @@ static void empty(writer *w, int reg)
     uint32_t slot = r->holds[reg] - 1;
     if (r->missing[slot] && r->next[slot] != NEVER) {
         take_place(w, slot);
-        use_memory(w, whole(r, KMP_X86_STORE, slot), reg, 0, slot, 0);
+        use_memory(w, whole(r, KMP_DO_STORE, slot), reg, 0, slot, 0);
         r->missing[slot] = 0;
     }
     forget(r, reg);
@@ -179,7 +179,7 @@ static void hold(kmp_registers *r, int reg, uint32_t slot)
 static void load(writer *w, int reg, uint32_t slot)
 {
     empty(w, reg);
-    use_memory(w, whole(w->r, KMP_X86_LOAD, slot), reg, 0, slot, 0);
+    use_memory(w, whole(w->r, KMP_DO_LOAD, slot), reg, 0, slot, 0);
     hold(w->r, reg, slot);
 }
 
@@ -215,42 +215,45 @@ static void finish(writer *w, const kmp_straight *s, int reg)
     hold(r, reg, s->d);
     r->missing[s->d] = !s->kept;
     if (s->kept)
-        use_memory(w, KMP_X86_STORE, reg, 0, s->d, 0);
+        use_memory(w, KMP_DO_STORE, reg, 0, s->d, 0);
     const bool pair = s->low && s->high == s->low + 1;
     if (pair)
-        use_memory(w, KMP_X86_STORE | KMP_X86_PAIR, reg, 0, s->low, 0);
+        use_memory(w, KMP_DO_STORE | KMP_DO_PAIR, reg, 0, s->low, 0);
     if (!pair && s->low)
-        use_memory(w, KMP_X86_STORE, reg, 0, s->low, 0);
+        use_memory(w, KMP_DO_STORE, reg, 0, s->low, 0);
     if (!pair && s->high)
-        use_memory(w, KMP_X86_STORE_HIGH, reg, 0, s->high, 0);
+        use_memory(w, KMP_DO_STORE_HIGH, reg, 0, s->high, 0);
     free_if_done(r, s->d);
 }
 
-static void apply(writer *w, kmp_x86_op op, int d, int x, uint32_t y, int y_register)
+static void apply(writer *w, kmp_operation op, int d, int x, uint32_t y, int y_register)
 {
-    bool joins = op == KMP_X86_LOW_LOW || op == KMP_X86_LOW_HIGH;
+    bool joins = op == KMP_DO_LOW_LOW || op == KMP_DO_LOW_HIGH;
     if (y_register >= 0)
-        kmp_x86_registers(w->c, op, d, x, y_register);
+        w->encoder->registers(w->c, op, d, x, y_register);
     else
-        use_memory(w, joins ? KMP_X86_LOAD_HIGH : op, d, x, y, op == KMP_X86_LOW_HIGH);
+        use_memory(w, joins ? KMP_DO_LOAD_HIGH : op, d, x, y, op == KMP_DO_LOW_HIGH);
 }
 
 static void write_unary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
+    const bool copies = s->op == KMP_DO_LOAD || s->op == KMP_DO_HIGH;
+    if (!copies && !w->encoder->reads_memory)
+        (void)first_source(w, s->y, -1);
     set_next(r, s->y, r->after[3 * w->at + 1]);
     int y = r->in[s->y];
     free_if_done(r, s->y);
     int d = find(w, -1, 0);
     empty(w, d);
-    if (s->op == KMP_X86_HIGH && y >= 0)
-        kmp_x86_registers(w->c, KMP_X86_HIGH_HIGH, d, y, y);
-    else if (s->op == KMP_X86_HIGH)
-        use_memory(w, KMP_X86_LOAD, d, 0, s->y, 1);
-    else if (s->op != KMP_X86_LOAD || y < 0)
+    if (s->op == KMP_DO_HIGH && y >= 0)
+        w->encoder->registers(w->c, KMP_DO_HIGH_HIGH, d, y, y);
+    else if (s->op == KMP_DO_HIGH)
+        use_memory(w, KMP_DO_LOAD, d, 0, s->y, 1);
+    else if (s->op != KMP_DO_LOAD || y < 0)
         apply(w, s->op, d, d, s->y, y);
     else if (d != y) /* from register to register: x + 0 would not keep -0 */
-        kmp_x86_registers(w->c, KMP_X86_LOAD, d, d, y);
+        w->encoder->registers(w->c, KMP_DO_LOAD, d, d, y);
     free_place_if_done(r, s->y);
     finish(w, s, d);
 }
@@ -259,7 +262,7 @@ static void write_binary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
     uint32_t x = s->x, y = s->y, after_x = r->after[3 * w->at], after_y = r->after[3 * w->at + 1];
-    if (kmp_x86_commutes(s->op) && r->in[x] < 0 && (r->in[y] >= 0 || after_y < after_x)) {
+    if (kmp_operation_commutes(s->op) && r->in[x] < 0 && (r->in[y] >= 0 || after_y < after_x)) {
         x = s->y;
         y = s->x;
         uint32_t after = after_x;
@@ -269,7 +272,8 @@ static void write_binary(writer *w, const kmp_straight *s)
     int first = first_source(w, x, r->in[y]);
     if (y != x)
         fetch(w, y, after_y, first);
-    if ((s->op == KMP_X86_HIGH_LOW || s->op == KMP_X86_HIGH_HIGH) && r->in[y] < 0)
+    const bool may_be_in_memory = w->encoder->reads_memory && s->op != KMP_DO_HIGH_LOW && s->op != KMP_DO_HIGH_HIGH;
+    if (!may_be_in_memory && r->in[y] < 0)
         (void)first_source(w, y, first);
     int second = r->in[y];
     set_next(r, x, after_x);
@@ -314,11 +318,22 @@ static int result_of(writer *w, source *from)
     for (int k = 0; k < 3; k++)
         result = from[k].reg == d ? k : result;
     if (from[result].reg < 0)
-        use_memory(w, whole(r, KMP_X86_LOAD, from[result].slot), d, 0, from[result].slot, 0);
+        use_memory(w, whole(r, KMP_DO_LOAD, from[result].slot), d, 0, from[result].slot, 0);
     else if (from[result].reg != d)
-        kmp_x86_registers(w->c, KMP_X86_LOAD | KMP_X86_PAIR, d, d, from[result].reg);
+        w->encoder->registers(w->c, KMP_DO_LOAD | KMP_DO_PAIR, d, d, from[result].reg);
     from[result].reg = d;
     return result;
+}
+
+/* The register of the result where it replaces no source: the register of the summand, if free, since a sum of
+ * pairs goes there; otherwise one that no factor has, if there is one. */
+static int separate_result(writer *w, const source *from)
+{
+    const uint32_t others = w->r->is_free & ~(bit_of(from[0].reg) | bit_of(from[1].reg));
+    const int summand = from[2].reg;
+    const int d = w->r->is_free & bit_of(summand) ? summand : others ? __builtin_ctz(others) : find(w, -1, 0);
+    empty(w, d);
+    return d;
 }
 
 static void write_three(writer *w, const kmp_straight *s)
@@ -326,10 +341,10 @@ static void write_three(writer *w, const kmp_straight *s)
     kmp_registers *r = w->r;
     const uint32_t *after = &r->after[3 * w->at];
     source from[3] = {{s->x, after[0], -1}, {s->y, after[1], -1}, {s->z, after[2], -1}};
-    /* At most one source stays in memory; one that appears twice does not. */
+    const int in_memory = w->encoder->reads_memory ? 1 : 0; /* of the sources, at most; one that appears twice is not */
     for (int k = 0; k < 3; k++)
         fetch(w, from[k].slot, from[k].after, -1);
-    for (int k = 0; k < 3 && count_in_memory(r, from) > 1; k++)
+    for (int k = 0; k < 3 && count_in_memory(r, from) > in_memory; k++)
         (void)first_source(w, from[k].slot, -1);
     for (int k = 0; k < 3; k++)
         from[k].reg = r->in[from[k].slot];
@@ -337,36 +352,42 @@ static void write_three(writer *w, const kmp_straight *s)
         set_next(r, from[k].slot, from[k].after);
     for (int k = 0; k < 3; k++)
         free_if_done(r, from[k].slot);
-    int result = result_of(w, from);
-    /* Writes the operation with the result in place of a source. */
-    kmp_x86_op op = s->op;
-    int third = result == 2 ? (from[0].reg < 0 ? 0 : 1) : from[2].reg < 0 ? 2 : 1 - result, other = 3 - result - third;
-    kmp_x86_order order = result == 2  ? KMP_X86_INTO_Z_WITH_Y
-                          : third == 2 ? KMP_X86_INTO_X_WITH_Z
-                                       : KMP_X86_INTO_X_WITH_Y;
-    if (from[third].reg >= 0) {
-        kmp_x86_three(w->c, op, order, from[result].reg, from[other].reg, from[third].reg);
+    kmp_three_sources all = {0};
+    if (w->encoder->reads_memory) {
+        all.into = result_of(w, from);
+        all.d = from[all.into].reg;
     } else {
-        kmp_x86_address at = address_of(w, from[third].slot, 0);
-        kmp_x86_three_memory(w->c, op, order, from[result].reg, from[other].reg, at.base, at.distance);
+        all.d = separate_result(w, from);
     }
+    for (int k = 0; k < 3; k++) {
+        all.from[k] = from[k].reg;
+        if (from[k].reg < 0)
+            all.at = address_of(w, from[k].slot, 0);
+    }
+    w->encoder->three(w->c, s->op, &all);
     for (int k = 0; k < 3; k++)
         free_place_if_done(r, from[k].slot);
-    finish(w, s, from[result].reg);
+    finish(w, s, all.d);
 }
 
-void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations)
+void kmp_registers_write(kmp_registers *r, kmp_written_code *c, uint32_t count, const kmp_straight *operations)
 {
-    writer w = {
-        .r = r, .c = c, .reach = (uint32_t)kmp_x86_reach(c->form), .registers = kmp_x86_register_count(c->form)};
-    w.near = count < BASED || r->places == 0 ? 0 : (KMP_X86_BASES - 1) * w.reach;
+    const kmp_encoder *e = c->encoder;
+    const uint32_t bases = (uint32_t)e->bases;
+    writer w = {.r = r,
+                .c = c,
+                .encoder = e,
+                .reach = bases > 1 ? (uint32_t)e->reach(c->form) : 0,
+                .registers = e->register_count(c->form)};
+    w.near = count < BASED || r->places == 0 ? 0 : (bases - 1) * w.reach;
+    kmp_written_begin(c);
     /* Bases are in the middle of the places that they reach. */
-    for (uint32_t base = 1; w.near > 0 && base < KMP_X86_BASES; base++)
-        kmp_x86_set_base(w.c, (int)base, bytes(&w, w.r->slots + (base - 1) * w.reach + w.reach / 2));
+    for (uint32_t base = 1; w.near > 0 && base < bases; base++)
+        e->set_base(w.c, (int)base, bytes(&w, w.r->slots + (base - 1) * w.reach + w.reach / 2));
     /* Finds next uses from the end backwards; `next` is left with the first use of each slot. */
     for (uint32_t k = count; k-- > 0;) {
         const kmp_straight *s = &operations[k];
-        bool unary = kmp_x86_is_unary(s->op), three = kmp_x86_has_three(s->op);
+        bool unary = kmp_operation_is_unary(s->op), three = kmp_operation_has_three(s->op);
         r->after[3 * k] = unary ? NEVER : r->next[s->x];
         r->after[3 * k + 1] = r->next[s->y];
         r->after[3 * k + 2] = three ? r->next[s->z] : NEVER;
@@ -379,15 +400,15 @@ void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp
     r->is_free = (uint32_t)((UINT64_C(1) << w.registers) - 1);
     for (; w.at < count; w.at++) {
         const kmp_straight *s = &operations[w.at];
-        if (kmp_x86_is_unary(s->op))
+        if (kmp_operation_is_unary(s->op))
             write_unary(&w, s);
-        else if (kmp_x86_has_three(s->op))
+        else if (kmp_operation_has_three(s->op))
             write_three(&w, s);
         else
             write_binary(&w, s);
     }
-    for (int k = 0; k < KMP_X86_REGISTERS; k++)
+    for (int k = 0; k < KMP_CODE_REGISTERS; k++)
         if (r->holds[k])
             forget(r, k);
-    kmp_x86_return(c);
+    e->end(c);
 }

@@ -2,7 +2,7 @@
 /* Writes the operations of a piece with the chosen pairs. An operand that is not a pack itself is joined from two
  * values; a value that is read separately is taken out of its pack. Each operation follows its operands; otherwise the
  * order is kept. */
-#include "backend/x86/packs.h"
+#include "backend/encoder/packs.h"
 #include <string.h>
 
 /* Pairs pay where they replace this part of the operations; and in longer pieces: where code is fetched from the second
@@ -66,19 +66,19 @@ static uint32_t shape_of(const pack_choice *c, uint32_t slot)
 }
 
 /* Sums and differences pair with each other. */
-static kmp_x86_op kind_of(const kmp_straight *s)
+static kmp_operation kind_of(const kmp_straight *s)
 {
-    return kmp_x86_has_three(s->op) ? KMP_X86_PRODUCT_ADD : s->op == KMP_X86_SUB ? KMP_X86_ADD : s->op;
+    return kmp_operation_has_three(s->op) ? KMP_DO_PRODUCT_ADD : s->op == KMP_DO_SUB ? KMP_DO_ADD : s->op;
 }
 
 static bool is_unary(const kmp_straight *s)
 {
-    return s->op == KMP_X86_SQRT || s->op == KMP_X86_LOAD;
+    return s->op == KMP_DO_SQRT || s->op == KMP_DO_LOAD;
 }
 
 static bool commutes(const kmp_straight *s)
 {
-    return s->op == KMP_X86_ADD || s->op == KMP_X86_MUL || kmp_x86_has_three(s->op);
+    return s->op == KMP_DO_ADD || s->op == KMP_DO_MUL || kmp_operation_has_three(s->op);
 }
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
@@ -105,8 +105,8 @@ static void add_to_shape(pack_choice *c, shapes *all, uint32_t k)
 {
     const kmp_straight *s = &c->operations[k];
     uint32_t x = is_unary(s) ? 0 : shape_of(c, s->x), y = shape_of(c, s->y);
-    uint32_t z = kmp_x86_has_three(s->op) ? shape_of(c, s->z) : 0;
-    bool turn = x > y && kind_of(s) != KMP_X86_DIV && !is_unary(s);
+    uint32_t z = kmp_operation_has_three(s->op) ? shape_of(c, s->z) : 0;
+    bool turn = x > y && kind_of(s) != KMP_DO_DIV && !is_unary(s);
     shape asked = {.op = kind_of(s), .x = turn ? y : x, .y = turn ? x : y, .z = z, .first = k, .last = k};
     uint32_t *number = find_shape(all, &asked);
     if (*number == 0) {
@@ -173,10 +173,10 @@ static bool pack_is_crossed(const pack_choice *c, uint32_t a, uint32_t b, uint32
            fit(c, s->x, t->y) + fit(c, s->y, t->x) > fit(c, s->x, t->x) + fit(c, s->y, t->y);
 }
 
-static bool pack_negates(kmp_x86_op low, kmp_x86_op high)
+static bool pack_negates(kmp_operation low, kmp_operation high)
 {
-    return (low == KMP_X86_ADD && high == KMP_X86_SUB) ||
-           (kmp_x86_has_three(low) && (low == KMP_X86_SUB_PRODUCT) != (high == KMP_X86_SUB_PRODUCT));
+    return (low == KMP_DO_ADD && high == KMP_DO_SUB) ||
+           (kmp_operation_has_three(low) && (low == KMP_DO_SUB_PRODUCT) != (high == KMP_DO_SUB_PRODUCT));
 }
 
 /* Pairs two operands on trial, if they can be; returns the gain. */
@@ -218,7 +218,7 @@ static int try_pair(pack_choice *c, uint32_t a, uint32_t b, uint32_t *pairs)
         if (!is_unary(s))
             gain += visit(c, s->x, crossed ? t->y : t->x, pairs, &pending);
         gain += visit(c, s->y, crossed ? t->x : t->y, pairs, &pending);
-        if (kmp_x86_has_three(s->op))
+        if (kmp_operation_has_three(s->op))
             gain += visit(c, s->z, t->z, pairs, &pending);
     }
     return gain;
@@ -285,7 +285,7 @@ static bool pack_choose(pack_choice *c, kmp_arena *arena, uint32_t count, const 
     for (uint32_t height = all.height; height > 0; height--)
         for (uint32_t number = all.highest[height]; number > 0; number = all.shape[number].lower)
             for (uint32_t k = all.shape[number].first; k != NO_OPERATION; k = c->next[k])
-                if (c->mate[k] == NO_OPERATION && operations[k].op != KMP_X86_LOAD)
+                if (c->mate[k] == NO_OPERATION && operations[k].op != KMP_DO_LOAD)
                     take_best(c, k);
     c->now++;
     return true;
@@ -314,9 +314,10 @@ typedef struct writer {
 
 enum { EXPANDED = 1, WRITTEN };
 
-bool kmp_packs_init(kmp_packs *p, kmp_arena *arena, uint32_t slots, const double *values, uint32_t first, uint32_t end)
+bool kmp_packs_init(kmp_packs *p, kmp_arena *arena, const kmp_encoder *encoder, uint32_t slots, const double *values,
+                    uint32_t first, uint32_t end)
 {
-    *p = (kmp_packs){.arena = arena, .values = values, .first = first, .end = end};
+    *p = (kmp_packs){.arena = arena, .encoder = encoder, .values = values, .first = first, .end = end};
     p->slots = p->next = slots + slots % 2;
     p->writer = KMP_ARENA_NEW(arena, uint32_t, slots);
     return p->writer;
@@ -328,7 +329,7 @@ static uint32_t new_slots(writer *w)
     return w->p->next - 2;
 }
 
-static kmp_straight *append(writer *w, kmp_x86_op op, uint32_t d, uint32_t x, uint32_t y)
+static kmp_straight *append(writer *w, kmp_operation op, uint32_t d, uint32_t x, uint32_t y)
 {
     uint32_t k = w->count < w->most ? w->count++ : w->most;
     w->out[k] = (kmp_straight){.op = (uint16_t)op, .d = d, .x = x, .y = y};
@@ -368,7 +369,7 @@ static uint32_t read_alone(writer *w, uint32_t slot)
     if (lane == 0)
         return from;
     if (!w->alone[k])
-        (void)append(w, KMP_X86_HIGH, slot, from, from);
+        (void)append(w, KMP_DO_HIGH, slot, from, from);
     w->alone[k] = 1;
     return slot;
 }
@@ -387,13 +388,13 @@ static uint32_t add_constant(writer *w, double low, double high)
 
 static uint32_t join(writer *w, uint32_t low, uint32_t high)
 {
-    static const kmp_x86_op ops[2][2] = {{KMP_X86_LOW_LOW, KMP_X86_LOW_HIGH}, {KMP_X86_HIGH_LOW, KMP_X86_HIGH_HIGH}};
+    static const kmp_operation ops[2][2] = {{KMP_DO_LOW_LOW, KMP_DO_LOW_HIGH}, {KMP_DO_HIGH_LOW, KMP_DO_HIGH_HIGH}};
     int i, j;
     uint32_t x = place_of(w, low, &i), y = place_of(w, high, &j);
     if (is_constant(w, low) && is_constant(w, high))
         return add_constant(w, w->p->values[low], w->p->values[high]);
     bool twice = low == high && i == 0;
-    return append(w, twice ? KMP_X86_TWICE : ops[i][j], new_slots(w), x, y)->d;
+    return append(w, twice ? KMP_DO_TWICE : ops[i][j], new_slots(w), x, y)->d;
 }
 
 /* The slot of the pack of two values. */
@@ -414,9 +415,9 @@ static uint32_t read_both(writer *w, uint32_t low, uint32_t high)
 
 static void write_alone(writer *w, const kmp_straight *s)
 {
-    bool unary = kmp_x86_is_unary(s->op);
+    bool unary = kmp_operation_is_unary(s->op);
     uint32_t x = unary ? 0 : read_alone(w, s->x), y = read_alone(w, s->y);
-    uint32_t z = kmp_x86_has_three(s->op) ? read_alone(w, s->z) : 0;
+    uint32_t z = kmp_operation_has_three(s->op) ? read_alone(w, s->z) : 0;
     kmp_straight *out = append(w, s->op, s->d, x, y);
     out->z = z;
     out->kept = s->kept;
@@ -426,34 +427,38 @@ static void write_alone(writer *w, const kmp_straight *s)
 static uint32_t negate(writer *w, uint32_t slot, bool high)
 {
     double low = high ? 0.0 : -0.0;
-    return append(w, KMP_X86_XOR, new_slots(w), slot, add_constant(w, low, high ? -0.0 : 0.0))->d;
+    return append(w, KMP_DO_XOR, new_slots(w), slot, add_constant(w, low, high ? -0.0 : 0.0))->d;
 }
 
 /* Sums and differences side by side. A lane that subtracts negates its second operand, unless the machine can do
  * both. */
-static kmp_x86_op mix(writer *w, kmp_x86_op low, kmp_x86_op high, uint32_t *y)
+static kmp_operation mix(writer *w, kmp_operation low, kmp_operation high, uint32_t *y)
 {
     if (low == high)
-        return low | KMP_X86_PAIR;
-    if (!pack_negates(low, high))
-        return KMP_X86_SUB_ADD;
-    *y = negate(w, *y, true);
-    return KMP_X86_ADD | KMP_X86_PAIR;
+        return low | KMP_DO_PAIR;
+    if (!pack_negates(low, high) && w->p->encoder->mixes_pairs)
+        return KMP_DO_SUB_ADD;
+    *y = negate(w, *y, high == KMP_DO_SUB);
+    return KMP_DO_ADD | KMP_DO_PAIR;
 }
 
-/* Operations of three sources side by side. A lane that subtracts its product negates a factor, unless both do. */
-static kmp_x86_op mix_three(writer *w, kmp_x86_op low, kmp_x86_op high, uint32_t *y)
+/* Operations of three sources side by side. A lane that subtracts its product negates a factor, unless both do. A lane
+ * that subtracts its summand negates that, unless both do or the machine can do both. */
+static kmp_operation mix_three(writer *w, kmp_operation low, kmp_operation high, uint32_t *y, uint32_t *z)
 {
     if (low == high)
-        return low | KMP_X86_PAIR;
+        return low | KMP_DO_PAIR;
     if (pack_negates(low, high)) {
-        *y = negate(w, *y, high == KMP_X86_SUB_PRODUCT);
-        low = low == KMP_X86_SUB_PRODUCT ? KMP_X86_PRODUCT_ADD : low;
-        high = high == KMP_X86_SUB_PRODUCT ? KMP_X86_PRODUCT_ADD : high;
+        *y = negate(w, *y, high == KMP_DO_SUB_PRODUCT);
+        low = low == KMP_DO_SUB_PRODUCT ? KMP_DO_PRODUCT_ADD : low;
+        high = high == KMP_DO_SUB_PRODUCT ? KMP_DO_PRODUCT_ADD : high;
     }
     if (low == high)
-        return low | KMP_X86_PAIR;
-    return low == KMP_X86_PRODUCT_SUB ? KMP_X86_PRODUCT_SUB_ADD : KMP_X86_PRODUCT_ADD_SUB;
+        return low | KMP_DO_PAIR;
+    if (w->p->encoder->mixes_pairs)
+        return low == KMP_DO_PRODUCT_SUB ? KMP_DO_PRODUCT_SUB_ADD : KMP_DO_PRODUCT_ADD_SUB;
+    *z = negate(w, *z, high == KMP_DO_PRODUCT_SUB);
+    return KMP_DO_PRODUCT_ADD | KMP_DO_PAIR;
 }
 
 static void write_pair(writer *w, uint32_t k)
@@ -462,12 +467,12 @@ static void write_pair(writer *w, uint32_t k)
     uint32_t turned, x = 0, y, z = 0;
     bool crossed = pack_is_crossed(&w->c, k, w->c.mate[k], &turned), first = crossed && turned == k;
     crossed = crossed && !first;
-    if (!kmp_x86_is_unary(s->op))
+    if (!kmp_operation_is_unary(s->op))
         x = read_both(w, first ? s->y : s->x, crossed ? t->y : t->x);
     y = read_both(w, first ? s->x : s->y, crossed ? t->x : t->y);
-    if (kmp_x86_has_three(s->op))
+    if (kmp_operation_has_three(s->op))
         z = read_both(w, s->z, t->z);
-    kmp_x86_op op = kmp_x86_has_three(s->op) ? mix_three(w, s->op, t->op, &y) : mix(w, s->op, t->op, &y);
+    kmp_operation op = kmp_operation_has_three(s->op) ? mix_three(w, s->op, t->op, &y, &z) : mix(w, s->op, t->op, &y);
     w->pack[k] = new_slots(w);
     kmp_straight *out = append(w, op, w->pack[k], x, y);
     out->z = z;
@@ -486,9 +491,9 @@ static void expand_operands(writer *w, uint32_t k, uint32_t *pending)
 {
     const kmp_straight *s = &w->c.operations[k];
     expand(w, s->y, pending);
-    if (!kmp_x86_is_unary(s->op))
+    if (!kmp_operation_is_unary(s->op))
         expand(w, s->x, pending);
-    if (kmp_x86_has_three(s->op))
+    if (kmp_operation_has_three(s->op))
         expand(w, s->z, pending);
 }
 
