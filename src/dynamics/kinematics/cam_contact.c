@@ -6,7 +6,6 @@
  * df/ds, is the distance. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support
  * function h. */
 #include "dynamics/kinematics/cam_contact.h"
-#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"

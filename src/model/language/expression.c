@@ -9,7 +9,6 @@
 #include "model/language/limits.h"
 #include "model/language/nearest.h"
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
 static const kmp_expr *parse_factor(kmp_parser *p);

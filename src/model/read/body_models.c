@@ -4,7 +4,6 @@
 #include "model/read/body_models.h"
 #include "base/text.h"
 #include "model/files/nodes.h"
-#include "model/read/read_values.h"
 #include <string.h>
 
 static const char segments[] = "segments:";

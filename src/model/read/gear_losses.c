@@ -6,7 +6,6 @@
 #include "model/read/gear_losses.h"
 #include "model/files/nodes.h"
 #include "model/read/read_include.h"
-#include <string.h>
 
 /* The words for both efficiencies: one text, a list of two, or from the friction of a worm's thread with the lead
  * angle g and the pressure angle a: (cos a - mu tan g)/(cos a + mu/tan g) forwards, (cos a - mu/tan g)/(cos a + mu tan

@@ -6,8 +6,6 @@
 #include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
-#include <math.h>
-#include <string.h>
 
 static const kmp_key bearing_keys[] = {
 #include "model/keys/bearing_keys.def"

@@ -5,13 +5,10 @@
 #include "model/data/angle_sum.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
-#include "model/data/pose.h"
 #include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
 #include "model/read/read_values.h"
-#include "model/read/reader.h"
 #include <math.h>
-#include <string.h>
 
 #define TURN   6.28318530717958647692
 #define DEGREE (TURN / 360)

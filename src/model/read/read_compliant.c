@@ -2,7 +2,6 @@
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction, the film of a journal.
  * The geometry of joints with clearance serves rigid contacts, too. */
 #include "model/read/read_compliant.h"
-#include "base/memory.h"
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/language/expression_references.h"

@@ -3,7 +3,6 @@
  * the carrier they turn about the axis of the first wheel, and from there about the axis of the second one, or move
  * along a rack. So planets, a turning housing and a ring fixed to the ground need no further words. */
 #include "model/read/read_gears.h"
-#include "base/memory.h"
 #include "linalg/dense/dot.h"
 #include "model/data/coordinates.h"
 #include "model/data/gear.h"
@@ -11,7 +10,6 @@
 #include "model/data/pose.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
-#include "model/read/reader.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
 #include "model/read/read_linkage.h"
-#include "base/context.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"

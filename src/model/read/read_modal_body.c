@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/read/read_modal_body.h"
 #include "base/memory.h"
-#include "linalg/dense/factors.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include "model/flexible/modal_file.h"

@@ -4,7 +4,6 @@
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/read/read_cams.h"
-#include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>

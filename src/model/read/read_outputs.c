@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
 #include "model/read/read_outputs.h"
-#include "base/memory.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"

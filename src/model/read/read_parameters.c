@@ -10,7 +10,6 @@
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
-#include "symbolic/table_function.h"
 #include <ctype.h>
 #include <kempe/settings.h>
 #include <math.h>

@@ -4,7 +4,6 @@
 #include "model/read/read_ports.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
-#include "model/files/nodes.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include <string.h>

@@ -9,7 +9,6 @@
  * positive rate raises a positive load, and with a left-handed thread, c < 0, lowers it. Both levels are a (|F| + c F)
  * and a (|F| - c F) with a = r tan rho (1 + tan^2 gamma)/(1 - c^2). */
 #include "model/read/read_thread.h"
-#include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/language/number_algebra.h"

@@ -19,7 +19,6 @@
 #include "model/write/model_show.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
-#include <string.h>
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
