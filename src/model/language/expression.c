@@ -451,6 +451,12 @@ static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *
                            : make_composite(p, where, composite, arguments);
 }
 
+void kmp_local_put(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
+{
+    if (expr && locals->count < KMP_LOCALS_MOST)
+        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
+}
+
 const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals)
 {
     const kmp_expr_scope scope = {.arena = arena, .file = "", .locals = locals};

@@ -26,37 +26,36 @@ static bool efficiency_words(kmp_reader *r, const kmp_yaml *gear, const char *wo
     return words[0] && words[1];
 }
 
-/* The level against positive rates ('>') or negative ones. */
-static const kmp_yaml *level_word(kmp_reader *r, const kmp_yaml *gear, const char *name, char sign,
-                                  const char *const words[2])
+/* Adds the entry of a part of a gear to a section that has no other one of its name. */
+static void add_entry(kmp_reader *r, const kmp_yaml *key, const char *section, const char *part, const char *name,
+                      const kmp_yaml *entry, kmp_yaml *map)
 {
-    const char *text = kmp_reader_say(r, "if(lambda(%s) %c 0, 1/(%s) - 1, 1 - (%s))*abs(lambda(%s))", name, sign,
-                                      words[0], words[1], name);
-    return kmp_yaml_word(&r->scratch, gear->place, text);
+    if (kmp_yaml_get(map, name))
+        kmp_reader_complain(r, key->place, "gear '%s': the section %s has '%s', the name of its %s, already", key->text,
+                            section, name, part);
+    else
+        kmp_yaml_put(&r->scratch, map, entry->place, name, entry);
 }
 
 static void add_loss(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, kmp_yaml *forces)
 {
     const char *name = kmp_reader_own_name(r, key->place.file, key->text), *words[2];
-    const char *own = kmp_reader_say(r, "%s_loss", key->text);
     kmp_arena *arena = &r->scratch;
     if (!efficiency_words(r, gear, words))
         return;
-    if (kmp_yaml_get(forces, own)) {
-        kmp_reader_complain(r, key->place, "gear '%s': the section forces has '%s', the name of its losses, already",
-                            key->text, own);
-        return;
-    }
     kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
     kmp_yaml *friction = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
     kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, gear->place);
-    kmp_yaml_append(arena, levels, NULL, level_word(r, gear, name, '>', words));
-    kmp_yaml_append(arena, levels, NULL, level_word(r, gear, name, '<', words));
+    for (int k = 0; k < 2; k++) { /* against positive rates, and against negative ones */
+        const char *level = kmp_reader_say(r, "if(lambda(%s) %c 0, 1/(%s) - 1, 1 - (%s))*abs(lambda(%s))", name,
+                                           "><"[k], words[0], words[1], name);
+        kmp_yaml_append(arena, levels, NULL, kmp_yaml_word(arena, gear->place, level));
+    }
     kmp_yaml_put(arena, friction, gear->place, "force", levels);
-    kmp_yaml_put(arena, entry, gear->place, "sliding",
-                 kmp_yaml_word(arena, gear->place, kmp_reader_say(r, "path(%s)", name)));
+    kmp_yaml_put_word(arena, entry, gear->place, "sliding", kmp_reader_say(r, "path(%s)", name));
     kmp_yaml_put(arena, entry, gear->place, "friction", friction);
-    kmp_yaml_put(arena, forces, gear->place, own, entry);
+    if (entry)
+        add_entry(r, key, "forces", "losses", kmp_reader_say(r, "%s_loss", key->text), entry, forces);
 }
 
 /* An entry of a flank: the gap is half of the backlash less the transmission error, or more it. */
@@ -65,48 +64,27 @@ static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, 
 {
     static const char *const keys[] = {"stiffness", "damping", "restitution"};
     const char *name = kmp_reader_own_name(r, key->place.file, key->text);
-    const char *own = kmp_reader_say(r, "%s_%s", key->text, flank);
     const kmp_yaml *backlash = kmp_yaml_get(gear, "backlash"), *stiffness = kmp_yaml_get(gear, "stiffness");
     kmp_arena *arena = &r->scratch;
-    if (kmp_yaml_get(contacts, own)) {
-        kmp_reader_complain(r, key->place, "gear '%s': the section contacts has '%s', the name of its flank, already",
-                            key->text, own);
-        return;
-    }
     kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
     const char *gap = backlash && backlash->text
                           ? kmp_reader_say(r, "(%s)/2 %c transmission_error(%s)", backlash->text, sign, name)
                           : kmp_reader_say(r, "0 m %c transmission_error(%s)", sign, name);
-    kmp_yaml_put(arena, entry, gear->place, "gap", kmp_yaml_word(arena, gear->place, gap));
-    if (stiffness)
-        kmp_yaml_put(arena, entry, gear->place, "law", kmp_yaml_word(arena, gear->place, "kelvin_voigt"));
+    kmp_yaml_put_word(arena, entry, gear->place, "gap", gap);
+    kmp_yaml_put_word(arena, entry, gear->place, "law", stiffness ? "kelvin_voigt" : NULL);
     for (int k = 0; k < 3; k++) {
         const kmp_yaml *given = kmp_yaml_get(gear, keys[k]);
-        const char *absent = k == 1 && stiffness ? "0" : k == 2 && !stiffness ? "0" : NULL;
-        kmp_yaml_put(arena, entry, gear->place, keys[k],
-                     given    ? given
-                     : absent ? kmp_yaml_word(arena, gear->place, absent)
-                              : NULL);
+        kmp_yaml_put(arena, entry, gear->place, keys[k], given);
+        if (!given && k == (stiffness ? 1 : 2))
+            kmp_yaml_put_word(arena, entry, gear->place, keys[k], "0");
     }
-    kmp_yaml_put(arena, contacts, gear->place, own, entry);
+    if (entry)
+        add_entry(r, key, "contacts", "flank", kmp_reader_say(r, "%s_%s", key->text, flank), entry, contacts);
 }
 
 static bool has_play(const kmp_yaml *gear)
 {
     return kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
-}
-
-/* A copy of a section that may be absent, in a copy of the root. */
-static kmp_yaml *open_section(kmp_reader *r, kmp_yaml *root, const char *name)
-{
-    const kmp_yaml *own = kmp_yaml_get(root, name);
-    kmp_yaml *copy = own && own->kind == KMP_YAML_MAP ? kmp_yaml_copy(&r->scratch, own)
-                                                      : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, root->place);
-    for (int k = 0; copy && own && k < root->count; k++)
-        root->items[k] = root->items[k] == own ? copy : root->items[k];
-    if (copy && !own)
-        kmp_yaml_put(&r->scratch, root, root->place, name, copy);
-    return copy;
 }
 
 void kmp_read_gear_losses(kmp_reader *r)
@@ -120,9 +98,9 @@ void kmp_read_gear_losses(kmp_reader *r)
         if (!root && (loses || plays))
             root = kmp_yaml_copy(&r->scratch, r->root);
         if (root && loses && !forces)
-            forces = open_section(r, root, "forces");
+            forces = kmp_yaml_open(&r->scratch, root, "forces");
         if (root && plays && !contacts)
-            contacts = open_section(r, root, "contacts");
+            contacts = kmp_yaml_open(&r->scratch, root, "contacts");
         if (loses && forces)
             add_loss(r, gears->keys[k], gear, forces);
         if (plays && contacts) {

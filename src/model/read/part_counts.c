@@ -98,12 +98,10 @@ static bool value_first(needed *n)
 
 static bool note_decisive(kmp_reader *r, const kmp_yaml *node)
 {
-    const kmp_yaml **list = kmp_arena_room(&r->scratch, r->decisive, r->decisive_count, sizeof(const kmp_yaml *));
-    if (list) {
-        r->decisive = list;
-        list[r->decisive_count++] = node;
-    }
-    return list;
+    if (!KMP_ARENA_GROW(&r->scratch, r->decisive, r->decisive_count))
+        return false;
+    r->decisive[r->decisive_count++] = node;
+    return true;
 }
 
 static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)

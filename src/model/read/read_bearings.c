@@ -69,7 +69,7 @@ static void read_thrust(kmp_reader *r, const kmp_yaml *node, const char *what, k
                             "%s: the joint slides along its axis and carries nothing along it: leave out 'thrust'",
                             what);
     else
-        pair->thrust = 1 + kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "thrust is", " or ");
+        pair->thrust = 1 + kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "thrust is");
 }
 
 /* One exponent for both bearings, or a list of one for each. */

@@ -34,16 +34,19 @@ static const kmp_key joint_keys[] = {
 #include "model/keys/joint_keys.def"
     {0}};
 
-static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
+bool kmp_reader_add_motion(kmp_reader *r, kmp_motion motion)
 {
     kempe_model *model = r->model;
-    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
-    if (!motions)
-        return;
-    model->motions = motions;
-    motions[model->motion_count++] =
-        (kmp_motion){.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
-    model->bodies[body].motion_count++;
+    if (!KMP_ARENA_GROW(&model->arena, model->motions, model->motion_count))
+        return false;
+    model->motions[model->motion_count++] = motion;
+    return true;
+}
+
+static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
+{
+    const kmp_motion motion = {.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
+    r->model->bodies[body].motion_count += kmp_reader_add_motion(r, motion);
 }
 
 /* Replaces a motion that could not be read, so that references to it cause no further errors. */
@@ -144,9 +147,8 @@ static void read_armature(kmp_reader *r, const kmp_yaml *joint, const char *what
         return;
     }
     kmp_dimension unit = r->model->motions[body->first_motion].rotation ? KMP_DIM(2, 1, 0) : KMP_DIM(0, 1, 0);
-    const char *name = kmp_reader_say(r, "the armature of %s", what);
-    if (kmp_read_number(r, node, name, unit, &body->armature))
-        kmp_check_rule(r, node, name, KMP_FIELD_NOT_NEGATIVE, body->armature.value, "");
+    (void)kmp_read_ruled(r, node, kmp_reader_say(r, "the armature of %s", what), unit, KMP_FIELD_NOT_NEGATIVE,
+                         &body->armature);
 }
 
 /* The one key that determines the kind of joint. */
@@ -158,7 +160,7 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
         const char *chain = row->chain;
         const kmp_yaml *node = kmp_yaml_get(joint, row->name);
         double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-        if (!chain[0] && (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "yes") != 0))
+        if (!chain[0] && !kmp_is_word(node, "yes"))
             kmp_reader_complain(r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
         if (chain[0])
             kmp_read_chain_axes(r, chain, node, what, m);
@@ -284,22 +286,18 @@ static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)
         return;
     }
     kmp_read_map(r, joint, what, joint_keys);
-    if (linked_name)
-        body->joint = kmp_arena_strdup(&r->model->arena, linked_name);
-    if (!body->joint)
-        body->joint = "";
     const kmp_yaml *name = kmp_yaml_get(joint, "name");
     const char *given = name ? kmp_read_name(r, name, "a joint") : NULL;
-    const char *kept = given ? kmp_arena_strdup(&r->model->arena, kmp_reader_name(r, name->place.file, given)) : NULL;
-    if (kept)
-        body->joint = kept;
+    given = given ? kmp_reader_name(r, name->place.file, given) : linked_name;
+    const char *kept = given ? kmp_arena_strdup(&r->model->arena, given) : NULL;
+    body->joint = kept ? kept : body->joint;
     check_unique(r, name ? name->place : body->place, i);
     const kmp_yaml *frame = kmp_yaml_get(joint, "frame");
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(r, joint, what, i);
     name_motions(r, body, kmp_yaml_get(joint, "coordinates"));
     const kmp_yaml *reversed = kmp_yaml_get(joint, "reversed");
-    body->reversed = reversed && strcmp(reversed->text, "yes") == 0;
+    body->reversed = kmp_is_word(reversed, "yes");
     if (reversed && !body->reversed)
         kmp_reader_complain(r, reversed->place, "%s: reversed is 'yes' or absent", what);
     if (body->reversed && body->motion_count > 0)

@@ -10,8 +10,7 @@
 #include "model/read/read_values.h"
 #include <math.h>
 
-#define TURN   6.28318530717958647692
-#define DEGREE (TURN / 360)
+#define DEGREE (KMP_TURN / 360)
 
 static const kmp_key part_keys[] = {
 #include "model/keys/cam_part_keys.def"
@@ -53,7 +52,7 @@ bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node
                                    "%s: the table '%s' must be a spline with 'periodic: yes': the profile has the same "
                                    "radius and slope at both ends",
                                    what, node->text);
-    if (fabs(range - TURN) > KMP_WRITTEN_DIGITS * TURN)
+    if (fabs(range - KMP_TURN) > KMP_WRITTEN_DIGITS * KMP_TURN)
         return kmp_reader_complain(r, node->place, "%s: the table '%s' covers %.9g deg: a cam has one turn, 360 deg",
                                    what, node->text, range / DEGREE);
     for (int k = 0; k < t->count; k++)
@@ -122,7 +121,7 @@ static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, bool
                                    part->to / DEGREE, part->from / DEGREE);
     if (!rise && by)
         return kmp_reader_complain(r, by->place, "%s: a part without 'rise' is a dwell, which has no law", what);
-    const int law = by ? kmp_read_choice(r, by, what, KMP_NAMES_OF(kmp_cam_law_words), "by is", " or ") : 0;
+    const int law = by ? kmp_read_choice(r, by, what, KMP_NAMES_OF(kmp_cam_law_words), "by is") : 0;
     part->law = law < 0 ? KMP_CAM_LINEAR : (kmp_cam_law_kind)law;
     if (by && law == KMP_CAM_LINEAR)
         return kmp_reader_complain(r, by->place,
@@ -149,10 +148,10 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
     if (!cam->parts)
         return false;
     const double end = cam->part_count > 0 ? cam->parts[cam->part_count - 1].to : 0;
-    if (fabs(end - TURN) > KMP_WRITTEN_DIGITS * TURN)
+    if (fabs(end - KMP_TURN) > KMP_WRITTEN_DIGITS * KMP_TURN)
         return kmp_reader_complain(r, node->place, "%s: the last part of the law ends at %.9g deg, not at 360 deg",
                                    what, end / DEGREE);
-    cam->parts[cam->part_count - 1].to = TURN;
+    cam->parts[cam->part_count - 1].to = KMP_TURN;
     if (fabs(sum) > KMP_WRITTEN_DIGITS * most)
         return kmp_reader_complain(
             r, node->place, "%s: the sum of the rises is %.6g %s: it must be zero, so that the profile is closed", what,
@@ -163,18 +162,16 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
 /* One of the keys roller, knife and flat. */
 static bool read_form(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_follower_form *form, double *radius)
 {
-    static const char *const words[] = {"yes"};
     const int key = kmp_read_one_key(r, map, what, KMP_NAMES_OF(forms));
     if (key < 0)
         return false;
     const kmp_yaml *node = kmp_yaml_get(map, forms[key]);
-    const char *of = kmp_reader_say(r, "%s: roller", what);
     *form = (kmp_follower_form)key;
     *radius = 0;
     if (key == KMP_FOLLOWER_ROLLER)
-        return kmp_read_fixed(r, node, of, KMP_DIM_LENGTH, radius) &&
-               kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, *radius, "");
-    return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "knife is", "") == 0;
+        return kmp_read_fixed_ruled(r, node, kmp_reader_say(r, "%s: roller", what), KMP_DIM_LENGTH, KMP_FIELD_POSITIVE,
+                                    radius);
+    return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, kmp_yes, "knife is") == 0;
 }
 
 /* The keys offset, arm and distance. */
@@ -223,7 +220,7 @@ static bool find_base(kmp_reader *r, kmp_place place, const char *what, double r
                                        cam->offset, radius);
         cam->base = sqrt(radius * radius - cam->offset * cam->offset);
     }
-    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? TURN / 2 : INFINITY;
+    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? KMP_TURN / 2 : INFINITY;
     for (int k = 0; k < cam->part_count; k++) {
         const double at = cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from);
         if (!(at > least && at < most))
@@ -235,7 +232,6 @@ static bool find_base(kmp_reader *r, kmp_place place, const char *what, double r
 
 bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what, kmp_outline *outline)
 {
-    static const char *const words[] = {"yes"};
     kmp_cam *cam = new_cam(r, outline);
     const kmp_yaml *base = kmp_read_required(r, map, what, "base");
     const kmp_yaml *follower = kmp_read_required(r, map, what, "follower");
@@ -243,11 +239,9 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
     double radius;
     if (!cam || !base || !follower || !kmp_read_map(r, follower, its, follower_keys) ||
         !read_form(r, follower, its, &cam->form, &cam->radius) || !read_line(r, follower, its, cam) ||
-        !read_parts(r, node, what, cam) || !kmp_read_fixed(r, base, of, KMP_DIM_LENGTH, &radius) ||
-        !kmp_check_rule(r, base, of, KMP_FIELD_POSITIVE, radius, ""))
-        return false;
-    if (cam->form == KMP_FOLLOWER_FLAT &&
-        kmp_read_choice(r, kmp_yaml_get(follower, "flat"), its, KMP_NAMES_OF(words), "flat is", "") < 0)
+        !read_parts(r, node, what, cam) ||
+        !kmp_read_fixed_ruled(r, base, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius) ||
+        kmp_read_choice_of(r, follower, "flat", its, kmp_yes, "flat is", 0) < 0)
         return false;
     if (!find_base(r, node->place, what, radius + cam->radius, cam))
         return false;

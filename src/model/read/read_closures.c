@@ -35,6 +35,8 @@ static const kmp_key closure_keys[] = {
 #include "model/keys/closure_keys.def"
     {0}};
 
+#define NEEDS(what) (1u << KMP_NEEDS_##what)
+
 /* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
     const char *key;
@@ -43,19 +45,19 @@ static const struct {
 } takes[] = {
 #define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, KMP_CLOSURE_##kind, 0},
 #include "model/data/closure_numbers.def"
-    {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_SHAFTS},
-    {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES | 1u << KMP_NEEDS_SHAFTS},
-    {"plunging", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SHAFTS},
-    {"table", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"y", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"z", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"curve", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"roller", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"knife", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"flat", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"on", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"equals", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_TERMS},
-    {"power", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_EXPRESSION | 1u << KMP_NEEDS_CURVE}};
+    {"axis", KMP_CLOSURE_NONE, NEEDS(AXIS) | NEEDS(SAME_AXIS) | NEEDS(SHAFTS)},
+    {"axes", KMP_CLOSURE_NONE, NEEDS(SAME_AXIS) | NEEDS(TWO_AXES) | NEEDS(SHAFTS)},
+    {"plunging", KMP_CLOSURE_NONE, NEEDS(SHAFTS)},
+    {"table", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"y", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"z", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"curve", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"roller", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"knife", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"flat", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"on", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"equals", KMP_CLOSURE_NONE, NEEDS(TERMS)},
+    {"power", KMP_CLOSURE_NONE, NEEDS(EXPRESSION) | NEEDS(CURVE)}};
 
 static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_closure *closure)
 {
@@ -229,14 +231,24 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
 static void read_plunging(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     static const char *const words[] = {"yes", "free"};
-    const kmp_yaml *node = kmp_yaml_get(map, "plunging");
-    const int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "plunging is", " or ") : -1;
+    const int word = kmp_read_choice_of(r, map, "plunging", what, KMP_NAMES_OF(words), "plunging is", -1);
     if (word >= 0)
         closure->kind = word == 0 ? KMP_CLOSURE_constant_velocity_plunging : KMP_CLOSURE_constant_velocity_free;
 }
 
+/* What kinds have in addition to two points, or in place of them. */
 static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
+    static const struct {
+        unsigned needs;
+        void (*read)(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure);
+    } parts[] = {{NEEDS(TERMS), read_terms},
+                 {NEEDS(EXPRESSION), read_constraint},
+                 {NEEDS(FOLLOWER), kmp_read_follower},
+                 {NEEDS(AXIS) | NEEDS(SAME_AXIS) | NEEDS(TWO_AXES) | NEEDS(SHAFTS), read_closure_axes},
+                 {NEEDS(SHAFTS), read_plunging},
+                 {NEEDS(NUMBER), read_number},
+                 {NEEDS(CURVE), read_curve}};
     if (!kmp_read_map(r, map, what, closure_keys))
         return;
     int found = kmp_read_one_key(r, map, what, KMP_NAMES_OF(kinds));
@@ -245,28 +257,11 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
     closure->kind = kinds[found].kind;
     const kmp_closure_row *row = kmp_closure_row_of(closure);
     check_keys(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_TERMS) {
-        read_terms(r, map, what, closure);
-        return;
-    }
-    if (row->needs == KMP_NEEDS_EXPRESSION) {
-        read_constraint(r, map, what, closure);
-        return;
-    }
-    if (row->needs == KMP_NEEDS_FOLLOWER) {
-        kmp_read_follower(r, map, what, closure);
-        return;
-    }
-    kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
-    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES ||
-        row->needs == KMP_NEEDS_SHAFTS)
-        read_closure_axes(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_SHAFTS)
-        read_plunging(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_NUMBER)
-        read_number(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_CURVE)
-        read_curve(r, map, what, closure);
+    if (row->needs != KMP_NEEDS_TERMS && row->needs != KMP_NEEDS_EXPRESSION && row->needs != KMP_NEEDS_FOLLOWER)
+        kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
+        if (parts[k].needs & 1u << row->needs)
+            parts[k].read(r, map, what, closure);
 }
 
 /* -- drives -------------------------------------------------------------------------------------- */
@@ -293,7 +288,7 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     }
     if (locked) {
         drive->kind = KMP_CLOSURE_lock;
-        if (locked->kind != KMP_YAML_SCALAR || strcmp(locked->text, "yes") != 0)
+        if (!kmp_is_word(locked, "yes"))
             kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
         return;
     }
@@ -317,25 +312,31 @@ static bool is_understood(const kmp_closure *drive)
 /* A coordinate has one drive; an unknown coordinate is reported already. */
 static void check_driven(kmp_reader *r, int number)
 {
-    const kmp_closure *closures = r->model->closures;
-    if (closures[number].motion < 0)
+    const kmp_closure *drive = &r->model->closures[number], *other = r->model->closures;
+    if (drive->motion < 0 || !is_understood(drive))
         return;
-    for (int k = 0; k < number; k++)
-        if (is_understood(&closures[number]) && is_understood(&closures[k]) && kmp_closure_is_drive(&closures[k]) &&
-            closures[k].motion == closures[number].motion) {
-            kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is already driven by '%s'",
-                                closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
-            return;
-        }
+    while (other < drive && !(is_understood(other) && kmp_closure_is_drive(other) && other->motion == drive->motion))
+        other++;
+    if (other < drive)
+        kmp_reader_complain(r, drive->place, "drive '%s': '%s' is already driven by '%s'", drive->name,
+                            r->model->motions[drive->motion].name, other->name);
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
 
-static kmp_closure *add_closure(kmp_reader *r, const char *name, kmp_closure_kind kind, kmp_place place)
+kmp_closure *kmp_add_closure(kmp_reader *r, const char *name, kmp_closure_kind kind, kmp_place place)
 {
     kmp_closure *closure = &r->model->closures[r->model->closure_count++];
     *closure = (kmp_closure){.name = name, .kind = kind, .place = place, .point = {-1, -1}, .motion = -1};
     return closure;
+}
+
+void kmp_add_row(kmp_reader *r, kmp_force *force, kmp_closure_kind kind, bool turns)
+{
+    kmp_closure *row = kmp_add_closure(r, force->name, kind, force->place);
+    row->force = (int)(force - r->model->forces);
+    row->power = turns ? 0 : 1;
+    force->closure = (int)(row - r->model->closures);
 }
 
 /* Joints between bodies that are cut; their names are checked where they are declared. */
@@ -345,7 +346,7 @@ static void read_cuts(kmp_reader *r, const kmp_yaml *map)
         const char *name = kmp_arena_strdup(&r->model->arena, map->keys[i]->text);
         if (!name)
             return;
-        kmp_closure *closure = add_closure(r, name, KMP_CLOSURE_NONE, map->keys[i]->place);
+        kmp_closure *closure = kmp_add_closure(r, name, KMP_CLOSURE_NONE, map->keys[i]->place);
         if (map->items[i])
             read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", name), closure);
         if (map->items[i] && !r->wrong)
@@ -367,7 +368,8 @@ static void add_couplings(kmp_reader *r)
                                 "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
                                 "lambda(%s) would be ambiguous",
                                 body->joint, body->coupling->name, body->joint);
-        kmp_closure *closure = add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
+        kmp_closure *closure =
+            kmp_add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
         closure->motion = body->first_motion;
         closure->number = body->number;
     }
@@ -397,16 +399,16 @@ void kmp_read_closures(kmp_reader *r)
     if (!model->closures)
         return;
     while (kmp_section_next(&loops))
-        read_closure(r, loops.node, loops.what, add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
+        read_closure(r, loops.node, loops.what, kmp_add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
     while (kmp_section_next(&gears)) {
         check_named(r, &gears);
-        kmp_read_gear(r, gears.node, gears.what, add_closure(r, gears.name, KMP_CLOSURE_gear, gears.key->place));
+        kmp_read_gear(r, gears.node, gears.what, kmp_add_closure(r, gears.name, KMP_CLOSURE_gear, gears.key->place));
     }
     while (kmp_section_next(&drives)) {
         check_named(r, &drives);
-        read_drive(r, drives.node, drives.what, add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
+        read_drive(r, drives.node, drives.what, kmp_add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
         check_driven(r, model->closure_count - 1);
     }
     add_couplings(r);

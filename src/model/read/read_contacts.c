@@ -11,6 +11,7 @@
 #include "model/language/expression_value.h"
 #include "model/read/outline_pairs.h"
 #include "model/read/read_cams.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
@@ -20,9 +21,7 @@
 #include <string.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
-#define PARALLEL  1e-12
-#define HALF_TURN 3.14159265358979323846
-
+#define PARALLEL 1e-12
 static const kmp_key contact_keys[] = {
 #include "model/read/contact_keys.def"
     {0}};
@@ -53,7 +52,7 @@ static void read_stop_of_cut(const reading *c, const kmp_cut_coordinate *cut, co
     kmp_number limit = {0};
     if (!gap || !kmp_read_number(c->r, node, of, unit, &limit))
         return;
-    if (cut->rotation && !(fabs(limit.value) < HALF_TURN))
+    if (cut->rotation && !(fabs(limit.value) < KMP_TURN / 2))
         kmp_reader_complain(c->r, node->place,
                             "%s: joint '%s' is cut, and its angle lies between -180 and 180 deg: let another joint of "
                             "its loop be cut, 'cut: yes'",
@@ -110,19 +109,17 @@ static int read_letter(const reading *c, const kmp_yaml *map, bool normal)
 {
     static const char *const letters[] = {"x", "y", "z", "-x", "-y", "-z"};
     const char *key = normal ? "normal" : "axis";
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    int found = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES(letters, normal ? 6 : 3),
-                                       kmp_reader_say(c->r, "the %s is", key), " or ")
-                     : 2;
+    int found = kmp_read_choice_of(c->r, map, key, c->what, KMP_NAMES(letters, normal ? 6 : 3),
+                                   kmp_reader_say(c->r, "the %s is", key), 2);
     return found < 0 ? 2 : found;
 }
 
 static void read_radius(const reading *c, const kmp_yaml *map, int side)
 {
     const kmp_yaml *node = kmp_read_required(c->r, map, c->what, "radius");
-    const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
-    if (node && kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &c->touch->radius[side]))
-        (void)kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, c->touch->radius[side].value, "");
+    if (node)
+        (void)kmp_read_ruled(c->r, node, kmp_reader_say(c->r, "the radius of %s", c->what), KMP_DIM_LENGTH,
+                             KMP_FIELD_POSITIVE, &c->touch->radius[side]);
 }
 
 /* Reports keys that belong to another kind of side than `key`. */
@@ -172,23 +169,20 @@ static bool read_second(const reading *c, const kmp_yaml *map)
     const int letter = read_letter(c, map, kind == 0);
     side->axis = letter % 3;
     side->against = letter >= 3;
+    const kmp_yaml *at = kind >= 3 ? kmp_read_required(c->r, map, c->what, "at") : kmp_yaml_get(map, key);
+    side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
     if (kind == 4) {
-        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at");
-        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
         side->axis = 2;
         if (!c->r->pair && !read_cam(c, kmp_yaml_get(map, "outline")))
             return false;
     } else if (kind == 3) {
-        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
+        const kmp_yaml *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
-        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
         if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
             kmp_reader_complain(c->r, node->place,
                                 "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
                                 "would have two normals",
                                 c->what, side->table->name);
-    } else {
-        side->point = kmp_read_point(c->r, kmp_yaml_get(map, key), c->what);
     }
     if (kind == 1 || kind == 2)
         read_radius(c, map, 1);
@@ -350,19 +344,6 @@ static kmp_force *add_force(kmp_reader *r, const char *name, kmp_place place, km
     return force;
 }
 
-static void add_row(kmp_reader *r, kmp_force *force, kmp_closure_kind kind)
-{
-    kempe_model *model = r->model;
-    force->closure = model->closure_count++;
-    model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = kind,
-                                                    .place = force->place,
-                                                    .point = {-1, -1},
-                                                    .motion = -1,
-                                                    .force = (int)(force - model->forces),
-                                                    .power = force->turns ? 0 : 1};
-}
-
 static bool read_restitution(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_number *number)
 {
     const kmp_yaml *node = kmp_read_required(r, map, what, "restitution");
@@ -389,7 +370,7 @@ static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_n
     friction->level = mu;
     friction->contact = 1 + (int)(contact - r->model->forces);
     friction->across = across;
-    add_row(r, friction, KMP_CLOSURE_friction);
+    kmp_add_row(r, friction, KMP_CLOSURE_friction, friction->turns);
 }
 
 /* NAME_friction; of a pair of outlines NAME_friction.K. */
@@ -405,8 +386,8 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
     const kmp_yaml *node = kmp_yaml_get(map, "friction");
     const char *of = kmp_reader_say(r, "the friction of %s", what);
     kmp_number mu = {0};
-    if (!node || !kmp_read_number(r, node, of, KMP_DIM_NUMBER, &mu) ||
-        !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, mu.value, "") || (mu.value == 0 && !mu.expr))
+    if (!node || !kmp_read_ruled(r, node, of, KMP_DIM_NUMBER, KMP_FIELD_NOT_NEGATIVE, &mu) ||
+        (mu.value == 0 && !mu.expr))
         return;
     const kmp_contact_pair *touch = &contact->touch;
     bool along = touch->way || touch->slip;
@@ -460,7 +441,7 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
         !read_restitution(r, map, what, &force->restitution))
         return;
     force->turns = force->touch.turns;
-    add_row(r, force, KMP_CLOSURE_touch);
+    kmp_add_row(r, force, KMP_CLOSURE_touch, force->turns);
     read_friction(r, map, what, force);
 }
 

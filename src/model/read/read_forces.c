@@ -8,6 +8,7 @@
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_contacts.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_states.h"
@@ -87,10 +88,14 @@ static int find_kind(const element *e, const char *place)
 
 /* -- numbers ------------------------------------------------------------------------------------- */
 
+static bool turns_about(const element *e)
+{
+    return e->force->motion >= 0 ? e->r->model->motions[e->force->motion].rotation : e->force->turns;
+}
+
 static kmp_dimension dimension_of(const element *e, const kmp_force_field *field)
 {
-    int motion = e->force->motion;
-    bool rotation = motion >= 0 ? e->r->model->motions[motion].rotation : e->force->turns;
+    const bool rotation = turns_about(e);
     kmp_dimension d = kmp_dimension_power(rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE, field->effort);
     d = kmp_dimension_times(d, rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, field->coordinate);
     d.angle = rotation && field->coordinate == 1 && field->effort == 0;
@@ -124,7 +129,7 @@ static const kmp_expr *read_one_level(const level_reading *x, const kmp_yaml *no
 /* The level against rates of one sign. */
 static const kmp_expr *read_side(const level_reading *x, const kmp_yaml *node)
 {
-    if (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "unlimited") != 0) {
+    if (!kmp_is_word(node, "unlimited")) {
         const kmp_expr *level = read_one_level(x, node);
         const kmp_expr *factor = level && x->radius ? level->b : level;
         factor = factor && x->reaction ? factor->a : factor;
@@ -217,7 +222,7 @@ static void read_by_reaction(const element *e, const kmp_yaml *map, const char *
     kmp_reader *r = e->r;
     kmp_force *force = e->force;
     const kmp_yaml *node = kmp_yaml_get(map, "radius");
-    bool turns = force->motion >= 0 ? r->model->motions[force->motion].rotation : force->turns;
+    const bool turns = turns_about(e);
     if (turns != (node != NULL))
         kmp_reader_complain(r, map->place,
                             turns ? "%s: mu needs a radius here, because the motion is a rotation"
@@ -284,15 +289,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
                             "friction that sticks cannot have the name '%s' of a loop or drive: lambda(%s) would be "
                             "ambiguous",
                             force->name, force->name);
-    bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
-    force->closure = model->closure_count++;
-    model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = KMP_CLOSURE_friction,
-                                                    .place = force->place,
-                                                    .point = {-1, -1},
-                                                    .motion = -1,
-                                                    .force = (int)(force - model->forces),
-                                                    .power = turns ? 0 : 1};
+    kmp_add_row(e->r, force, KMP_CLOSURE_friction, turns_about(e));
 }
 
 /* -- elements ------------------------------------------------------------------------------------ */
@@ -574,9 +571,7 @@ static void read_between(element *e, const char *place)
     if (force->kind == KMP_FORCE_BUSHING)
         read_matrices(e);
     if (force->kind == KMP_FORCE_TORSION) {
-        static const char *const axes[] = {"x", "y", "z"};
-        const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
-        int found = axis ? kmp_read_choice(e->r, axis, e->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2;
+        const int found = kmp_read_choice_of(e->r, e->map, "axis", e->what, kmp_axis_letters, "the axis is", 2);
         e->force->axis = found < 0 ? 2 : found;
     }
     if (!good || !kmp_force_rows[force->kind].word)
@@ -605,24 +600,20 @@ static void read_between(element *e, const char *place)
 static void refuse_others(const element *e, const char *place)
 {
     const kmp_force_row *row = &kmp_force_rows[e->force->kind];
+    const kmp_force_kind kind = e->force->kind;
+    const char *more = kind == KMP_FORCE_TORSION    ? "axis"
+                       : kind == KMP_FORCE_CYLINDER ? "rod_pressure"
+                       : kind == KMP_FORCE_BUSHING  ? "nonsymmetric matrix damping_matrix"
+                                                    : "";
+    const char *own = !row->word ? "" : strcmp(row->word, "effort") == 0 ? "torque force" : row->word;
     for (int i = 0; i < e->map->count; i++) {
-        const kmp_yaml *key = e->map->keys[i];
-        bool good = strcmp(key->text, place) == 0 || (row->word && strcmp(key->text, row->word) == 0);
-        if (row->word && strcmp(row->word, "effort") == 0)
-            good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
-        good = good || (e->force->kind == KMP_FORCE_TORSION && strcmp(key->text, "axis") == 0) ||
-               (e->force->kind == KMP_FORCE_CYLINDER && strcmp(key->text, "rod_pressure") == 0) ||
-               (e->force->kind == KMP_FORCE_BUSHING &&
-                (strcmp(key->text, "nonsymmetric") == 0 || strcmp(key->text, kmp_bushing_keys[0]) == 0 ||
-                 strcmp(key->text, kmp_bushing_keys[1]) == 0));
+        const char *key = e->map->keys[i]->text;
+        bool good = strcmp(key, place) == 0 || kmp_text_behind_word(own, key) || kmp_text_behind_word(more, key);
         for (int k = 0; strcmp(place, "joint") != 0 && k < kmp_force_field_count; k++)
-            good =
-                good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);
-        for (int k = 0; force_keys[k].name && !good; k++)
-            if (strcmp(force_keys[k].name, key->text) == 0)
-                kmp_reader_complain(e->r, e->map->items[i]->place,
-                                    "%s: the key '%s' does not belong to a force with the key '%s'", e->what, key->text,
-                                    place);
+            good = good || (kmp_force_fields[k].kind == kind && strcmp(key, kmp_force_fields[k].key) == 0);
+        if (!good && kmp_name_find(kmp_key_names(force_keys), key) >= 0)
+            kmp_reader_complain(e->r, e->map->items[i]->place,
+                                "%s: the key '%s' does not belong to a force with the key '%s'", e->what, key, place);
     }
 }
 

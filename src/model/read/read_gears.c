@@ -36,12 +36,10 @@ typedef struct pair {
     const char *what;
     kmp_gear *gear;
     passed *path;
-    int count, split;   /* joints on the path; of the first wheel */
-    const double *zero; /* coordinates */
-    kmp_pose *poses;
-    double (*axes)[3], (*places)[3]; /* of motions */
-    double a[2][3], centre[2][3];    /* of the wheels */
-    double length;                   /* the size of their places */
+    int count, split; /* joints on the path; of the first wheel */
+    kmp_pose_zero at;
+    double a[2][3], centre[2][3]; /* of the wheels */
+    double length;                /* the size of their places */
 } pair;
 
 static bool complain(const pair *p, const char *sentence)
@@ -161,9 +159,9 @@ static bool is_one_axis(const pair *p, int from, int to)
         const int m = p->path[k].motion;
         double off[3], across[3];
         for (int i = 0; i < 3; i++)
-            off[i] = p->places[m][i] - p->places[first][i];
-        kmp_cross3(off, p->axes[first], across);
-        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->axes[m], p->axes[first]) &&
+            off[i] = p->at.places[m][i] - p->at.places[first][i];
+        kmp_cross3(off, p->at.axes[first], across);
+        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->at.axes[m], p->at.axes[first]) &&
               (!motions[m].rotation || sqrt(kmp_dot(3, across, across)) <= SAME_AXIS * p->length);
     }
     return one;
@@ -181,7 +179,7 @@ static int find_split(const pair *p)
 static void put_term(const pair *p, int k, int side, kmp_term *term)
 {
     const passed *at = &p->path[k];
-    const double along = kmp_dot(3, p->axes[at->motion], p->axes[p->gear->axis[side]]);
+    const double along = kmp_dot(3, p->at.axes[at->motion], p->at.axes[p->gear->axis[side]]);
     const bool towards = side == 0 ? at->up : !at->up; /* the wheel's side is the body of the joint */
     *term = (kmp_term){at->motion, {.value = (towards ? 1 : -1) * (along > 0 ? 1 : -1)}};
 }
@@ -210,11 +208,11 @@ static bool find_axes(pair *p, kmp_closure *closure)
         put_term(p, k, k >= p->split, &closure->terms[k]);
     closure->term_count = closure->terms ? p->count : 0;
     for (int side = 0; side < 2; side++) {
-        kmp_pose at = p->poses[gear->wheel[side]];
+        kmp_pose at = p->at.poses[gear->wheel[side]];
         if (gear->centre[side] >= 0)
-            kmp_pose_of_point(model, p->poses, p->zero, gear->centre[side], &at);
+            kmp_pose_of_point(model, p->at.poses, p->at.q, gear->centre[side], &at);
         memcpy(p->centre[side], at.p, sizeof at.p);
-        memcpy(p->a[side], p->axes[gear->axis[side]], sizeof p->a[side]);
+        memcpy(p->a[side], p->at.axes[gear->axis[side]], sizeof p->a[side]);
     }
     return true;
 }
@@ -244,10 +242,8 @@ static bool read_own_number(const pair *p, const kmp_yaml *node, const char *key
 {
     const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
     kmp_number *own = &p->gear->number[number];
-    if (!kmp_read_number(p->r, node, name, kmp_key_dimension(gear_keys, key), own))
-        return false;
-    if (!kmp_check_rule(p->r, node, name, number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE,
-                        own->value, ""))
+    if (!kmp_read_ruled(p->r, node, name, kmp_key_dimension(gear_keys, key),
+                        number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, own))
         return false;
     if (angle && own->value >= 2 * atan(1))
         return kmp_reader_complain(p->r, node->place, "%s is %.6g deg: it must be less than 90 deg", name,
@@ -339,7 +335,6 @@ static bool read_numbers(const pair *p)
                {"helix", KMP_GEAR_HELIX, true},
                {"lead_angle", KMP_GEAR_LEAD, true},
                {"pressure_angle", KMP_GEAR_PRESSURE, true}};
-    const kmp_yaml *hand = kmp_yaml_get(p->map, "hand");
     static const char *const hands[] = {"right", "left"};
     bool good = check_keys(p) && read_sizes(p);
     (void)kmp_key_default(gear_keys, "pressure_angle", 1, &p->gear->number[KMP_GEAR_PRESSURE].value);
@@ -347,7 +342,7 @@ static bool read_numbers(const pair *p)
         const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
         good = (!node || read_own_number(p, node, row[k].key, row[k].number, row[k].angle)) && good;
     }
-    const int chosen = hand ? kmp_read_choice(p->r, hand, p->what, KMP_NAMES_OF(hands), "hand is", " or ") : 0;
+    const int chosen = kmp_read_choice_of(p->r, p->map, "hand", p->what, KMP_NAMES_OF(hands), "hand is", 0);
     p->gear->left = chosen == 1;
     return good && chosen >= 0;
 }
@@ -367,8 +362,7 @@ static bool read_efficiency(const pair *p)
                                        "%s is for a worm with lead_angle and without efficiency; other gears have "
                                        "efficiency",
                                        name);
-        if (!kmp_read_number(p->r, friction, name, KMP_DIM_NUMBER, &mu) ||
-            !kmp_check_rule(p->r, friction, name, KMP_FIELD_POSITIVE, mu.value, ""))
+        if (!kmp_read_ruled(p->r, friction, name, KMP_DIM_NUMBER, KMP_FIELD_POSITIVE, &mu))
             return false;
         const double t = tan(p->gear->number[KMP_GEAR_LEAD].value), c = cos(p->gear->number[KMP_GEAR_PRESSURE].value);
         efficiency[0] = (c - mu.value * t) / (c + mu.value / t);
@@ -550,19 +544,10 @@ static bool find_form(const pair *p)
     return true;
 }
 
-static bool finish(const pair *p)
-{
-    switch (p->gear->form) {
-    case KMP_GEAR_PARALLEL:
-        return finish_parallel(p);
-    case KMP_GEAR_BEVEL:
-        return finish_bevel(p);
-    case KMP_GEAR_WORM:
-        return finish_worm(p);
-    default:
-        return finish_rack(p);
-    }
-}
+static bool (*const finish[])(const pair *p) = {[KMP_GEAR_PARALLEL] = finish_parallel,
+                                                [KMP_GEAR_BEVEL] = finish_bevel,
+                                                [KMP_GEAR_WORM] = finish_worm,
+                                                [KMP_GEAR_RACK] = finish_rack};
 
 /* -- the whole ----------------------------------------------------------------------------------------- */
 
@@ -570,17 +555,11 @@ static bool finish(const pair *p)
 static bool find_poses(pair *p)
 {
     const kempe_model *model = p->r->model;
-    kmp_arena *arena = &p->r->scratch;
-    p->zero = KMP_ARENA_NEW(arena, double, model->motion_count + 1);
-    p->path = KMP_ARENA_NEW(arena, passed, model->body_count);
-    p->poses = KMP_ARENA_NEW(arena, kmp_pose, model->body_count);
-    p->axes = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->axes);
-    p->places = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->places);
-    if (arena->failed)
+    p->path = KMP_ARENA_NEW(&p->r->scratch, passed, model->body_count);
+    if (!p->path || !kmp_pose_at_zero(model, &p->r->scratch, &p->at))
         return false;
-    kmp_pose_motions(model, p->zero, p->poses, p->axes, p->places);
     for (int b = 0; b < model->body_count; b++)
-        p->length = fmax(p->length, sqrt(kmp_dot(3, p->poses[b].p, p->poses[b].p)));
+        p->length = fmax(p->length, sqrt(kmp_dot(3, p->at.poses[b].p, p->at.poses[b].p)));
     for (int k = 0; k < model->point_count; k++) {
         const kmp_number *at = model->points[k].at;
         p->length = fmax(p->length, hypot(hypot(at[0].value, at[1].value), at[2].value));
@@ -598,6 +577,6 @@ void kmp_read_gear(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_clo
         return;
     p.gear->ring = -1;
     if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) &&
-        read_efficiency(&p) && read_play(&p) && finish(&p))
+        read_efficiency(&p) && read_play(&p) && finish[p.gear->form](&p))
         closure->gear = p.gear;
 }

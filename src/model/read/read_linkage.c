@@ -222,8 +222,7 @@ static bool take_closure(kmp_reader *r, kmp_edge *edge, const char *what)
     for (int k = 0; k < map->count; k++)
         if (kmp_name_find(KMP_NAMES_OF(keys), map->keys[k]->text) < 0 &&
             strcmp(map->keys[k]->text, edge->kind->name) != 0 &&
-            kmp_name_find(KMP_NAMES(edge_keys, (int)(sizeof edge_keys / sizeof *edge_keys) - 1), map->keys[k]->text) >=
-                0)
+            kmp_name_find(kmp_key_names(edge_keys), map->keys[k]->text) >= 0)
             kmp_reader_complain(r, map->items[k]->place, "%s: a %s has no %s", what, edge->kind->name,
                                 map->keys[k]->text);
     return true;
@@ -463,19 +462,13 @@ void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp
         return;
     kmp_read_chain_axes(r, edge->kind->chain, axis_of(r, edge), kmp_edge_what(r, edge), m);
     for (int k = 0; k < edge->freedoms; k++) {
-        int count = model->cut_coordinate_count;
-        kmp_cut_coordinate *list =
-            kmp_arena_room(&model->arena, model->cut_coordinates, count, sizeof *model->cut_coordinates);
         const char *name = cut_name(r, edge, k);
         const kmp_expr *value = name ? kmp_cut_coordinate_of(&model->arena, name, edge->kind->chain, k, m, end) : NULL;
-        if (!list || !value)
+        if (!value || !KMP_ARENA_GROW(&model->arena, model->cut_coordinates, model->cut_coordinate_count))
             return;
-        model->cut_coordinates = list;
-        list[model->cut_coordinate_count++] = (kmp_cut_coordinate){.name = name,
-                                                                   .joint = edge->name,
-                                                                   .number = k + 1,
-                                                                   .rotation = edge->kind->chain[2 * k] == 'R',
-                                                                   .value = value};
+        const bool rotation = edge->kind->chain[2 * k] == 'R';
+        model->cut_coordinates[model->cut_coordinate_count++] = (kmp_cut_coordinate){
+            .name = name, .joint = edge->name, .number = k + 1, .rotation = rotation, .value = value};
     }
 }
 

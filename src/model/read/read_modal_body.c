@@ -357,7 +357,7 @@ static bool take_stiffening(reading *s)
     s->to->stiffening = s->file.first ? KMP_STIFFENING_FIRST : KMP_STIFFENING_NONE;
     if (!node)
         return true;
-    const int word = kmp_read_choice(s->r, node, what, KMP_NAMES_OF(kmp_stiffening_words), "the word is", " or ");
+    const int word = kmp_read_choice(s->r, node, what, KMP_NAMES_OF(kmp_stiffening_words), "the word is");
     if (word == KMP_STIFFENING_FULL)
         return kmp_reader_complain(s->r, node->place, "%s: a file has terms of second order up to 'first'", what);
     if (word == KMP_STIFFENING_FIRST && !s->file.first)
@@ -449,7 +449,7 @@ void kmp_read_modal_point(kmp_reader *r, kmp_modal_reading *m, const kmp_yaml *m
     if (node)
         place = place_of_node(r, m, node, of);
     else {
-        place = kmp_read_choice(r, name, of, KMP_NAMES(m->names, m->named), "it is", " or ");
+        place = kmp_read_choice(r, name, of, KMP_NAMES(m->names, m->named), "it is");
     }
     if (offset &&
         kmp_read_vector(r, offset, kmp_reader_say(r, "the offset of %s", what), KMP_DIM_LENGTH, point->offset))

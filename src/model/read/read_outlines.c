@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-#define TURN 6.28318530717958647692
-
 static const kmp_key outline_keys[] = {
 #include "model/keys/outline_keys.def"
     {0}};
@@ -29,18 +27,16 @@ typedef struct reading {
 
 /* -- values -------------------------------------------------------------------------------------------- */
 
-static bool read_length(const reading *c, const kmp_yaml *node, const char *key, bool positive, double *value)
+static bool read_length(const reading *c, const kmp_yaml *node, const char *key, kmp_field_rule rule, double *value)
 {
-    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, key);
-    return kmp_read_fixed(c->r, node, of, KMP_DIM_LENGTH, value) &&
-           (!positive || kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, *value, ""));
+    return kmp_read_fixed_ruled(c->r, node, kmp_reader_say(c->r, "%s: %s", c->what, key), KMP_DIM_LENGTH, rule, value);
 }
 
 static bool read_place(const reading *c, const kmp_yaml *node, const char *key, double place[2])
 {
     return kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s: %s", c->what, key), 2) &&
-           read_length(c, node->items[0], key, false, &place[0]) &&
-           read_length(c, node->items[1], key, false, &place[1]);
+           read_length(c, node->items[0], key, KMP_FIELD_ANY, &place[0]) &&
+           read_length(c, node->items[1], key, KMP_FIELD_ANY, &place[1]);
 }
 
 /* The key `at`. */
@@ -77,9 +73,9 @@ static bool arc_through(const double a[2], const double b[2], const double c[2],
     centre[0] = a[0] + x;
     centre[1] = a[1] + y;
     const double first = atan2(-y, -x), last = atan2(c[1] - centre[1], c[0] - centre[0]);
-    *turn = fmod(last - first + 2 * TURN, TURN); /* to the left */
+    *turn = fmod(last - first + 2 * KMP_TURN, KMP_TURN); /* to the left */
     if (cross < 0)
-        *turn -= TURN;
+        *turn -= KMP_TURN;
     return true;
 }
 
@@ -151,10 +147,10 @@ static bool read_circle(reading *c)
 {
     double radius, at[2];
     c->outline->closed = true;
-    if (!read_length(c, c->node, "circle", true, &radius) || !read_at(c, at))
+    if (!read_length(c, c->node, "circle", KMP_FIELD_POSITIVE, &radius) || !read_at(c, at))
         return false;
     const double start[2] = {at[0] + radius, at[1]};
-    add_arc(c, start, start, at, TURN);
+    add_arc(c, start, start, at, KMP_TURN);
     return true;
 }
 
@@ -164,15 +160,15 @@ static bool read_slot(reading *c)
     const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "width");
     double length, width, at[2];
     c->outline->closed = true;
-    if (!node || !read_length(c, c->node, "slot", true, &length) || !read_length(c, node, "width", true, &width) ||
-        !read_at(c, at))
+    if (!node || !read_length(c, c->node, "slot", KMP_FIELD_POSITIVE, &length) ||
+        !read_length(c, node, "width", KMP_FIELD_POSITIVE, &width) || !read_at(c, at))
         return false;
     const double r = width / 2, x = at[0] + length, far[2] = {x, at[1]};
     const double low[2][2] = {{at[0], at[1] - r}, {x, at[1] - r}}, high[2][2] = {{at[0], at[1] + r}, {x, at[1] + r}};
     add_line(c, high[0], high[1]);
-    add_arc(c, high[1], low[1], far, -TURN / 2);
+    add_arc(c, high[1], low[1], far, -KMP_TURN / 2);
     add_line(c, low[1], low[0]);
-    add_arc(c, low[0], high[0], at, -TURN / 2);
+    add_arc(c, low[0], high[0], at, -KMP_TURN / 2);
     return true;
 }
 
@@ -195,11 +191,10 @@ static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2],
 static bool close_path(reading *c, const double first[2], const double last[2])
 {
     static const char *const words[] = {"yes", "no"};
-    const kmp_yaml *node = kmp_yaml_get(c->map, "closed");
-    const double angle = TURN / c->outline->copies, cosine = cos(angle), sine = sin(angle);
+    const double angle = KMP_TURN / c->outline->copies, cosine = cos(angle), sine = sin(angle);
     const double next[2] = {cosine * first[0] - sine * first[1], sine * first[0] + cosine * first[1]};
     const double *to = c->outline->copies > 1 ? next : first;
-    const int word = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "closed is", " or ") : 1;
+    const int word = kmp_read_choice_of(c->r, c->map, "closed", c->what, KMP_NAMES_OF(words), "closed is", 1);
     c->outline->closed = word == 0;
     if (c->outline->closed && hypot(to[0] - last[0], to[1] - last[1]) > KMP_WRITTEN_DIGITS * hypot(last[0], last[1]))
         add_line(c, last, to);
@@ -243,22 +238,13 @@ CAM(law)
 
 /* -- an outline ---------------------------------------------------------------------------------------- */
 
-static bool has_word(const char *words, const char *word)
-{
-    const size_t length = strlen(word);
-    for (const char *at = strstr(words, word); at; at = strstr(at + 1, word))
-        if ((at == words || at[-1] == ' ') && (at[length] == 0 || at[length] == ' '))
-            return true;
-    return false;
-}
-
 /* Keys that another shape has. */
 static bool check_keys(const reading *c)
 {
     static const char *const keys[] = {"width", "at", "closed", "round", "hollow", "copies", "base", "follower"};
     const int shape = (int)c->outline->shape;
     for (int k = 0; k < 8; k++)
-        if (kmp_yaml_get(c->map, keys[k]) && !has_word(kmp_outline_more[shape], keys[k]))
+        if (kmp_yaml_get(c->map, keys[k]) && !kmp_text_behind_word(kmp_outline_more[shape], keys[k]))
             return kmp_reader_complain(c->r, kmp_yaml_get(c->map, keys[k])->place,
                                        "%s: the key '%s' does not belong to a '%s'", c->what, keys[k],
                                        kmp_outline_words[shape]);
@@ -267,9 +253,7 @@ static bool check_keys(const reading *c)
 
 static bool read_common(const reading *c)
 {
-    static const char *const words[] = {"yes"};
     const kmp_yaml *copies = kmp_yaml_get(c->map, "copies"), *round = kmp_yaml_get(c->map, "round");
-    const kmp_yaml *hollow = kmp_yaml_get(c->map, "hollow");
     const char *of = kmp_reader_say(c->r, "%s: copies", c->what);
     double count = 1;
     if (copies && !kmp_read_fixed(c->r, copies, of, KMP_DIM_NUMBER, &count))
@@ -278,14 +262,10 @@ static bool read_common(const reading *c)
         return kmp_reader_complain(c->r, copies->place, "%s is %.6g: a whole number from 1 to 1000 is expected", of,
                                    count);
     c->outline->copies = (int)count;
-    of = kmp_reader_say(c->r, "%s: round", c->what);
-    if (round && (!kmp_read_fixed(c->r, round, of, KMP_DIM_LENGTH, &c->outline->round) ||
-                  !kmp_check_rule(c->r, round, of, KMP_FIELD_NOT_NEGATIVE, c->outline->round, "")))
+    if (round && !read_length(c, round, "round", KMP_FIELD_NOT_NEGATIVE, &c->outline->round))
         return false;
-    if (hollow && kmp_read_choice(c->r, hollow, c->what, KMP_NAMES_OF(words), "hollow is", "") < 0)
-        return false;
-    c->outline->hollow = hollow != NULL;
-    return true;
+    c->outline->hollow = kmp_yaml_get(c->map, "hollow");
+    return kmp_read_choice_of(c->r, c->map, "hollow", c->what, kmp_yes, "hollow is", 0) >= 0;
 }
 
 /* The same edges the other way. */
@@ -317,9 +297,7 @@ static void read_outline(reading *c, int shape)
     c->outline->shape = (kmp_outline_shape)shape;
     c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
     c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
-    if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c))
-        return;
-    if (c->outline->cam)
+    if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c) || c->outline->cam)
         return;
     if (c->outline->hollow)
         reverse(c);

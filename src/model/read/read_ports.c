@@ -118,7 +118,7 @@ static bool check_declared(kmp_reader *r, const kmp_yaml *ports)
     for (int k = 0; good && k < ports->count; k++)
         good = kmp_read_name(r, ports->keys[k], "a port") &&
                kmp_read_choice(r, ports->items[k], kmp_reader_say(r, "port '%s'", ports->keys[k]->text),
-                               KMP_NAMES_OF(kinds), "its kind is", " or ") >= 0;
+                               KMP_NAMES_OF(kinds), "its kind is") >= 0;
     return good;
 }
 

@@ -8,6 +8,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_flexible.h"
 #include "model/read/read_include.h"
 #include "model/read/reading.h"
@@ -233,12 +234,8 @@ void kmp_lock_pressed(kmp_reader *r)
     for (int i = 1; i < model->body_count; i++) {
         kmp_body *body = &model->bodies[i];
         body->load_closure = model->closure_count;
-        for (int k = 0; k < body->load_count; k++)
-            model->closures[model->closure_count++] = (kmp_closure){.name = model->motions[body->first_motion + k].name,
-                                                                    .kind = KMP_CLOSURE_lock,
-                                                                    .place = body->place,
-                                                                    .point = {-1, -1},
-                                                                    .motion = body->first_motion + k};
+        for (int k = body->first_motion; k < body->first_motion + body->load_count; k++)
+            kmp_add_closure(r, model->motions[k].name, KMP_CLOSURE_lock, body->place)->motion = k;
     }
 }
 

@@ -229,8 +229,7 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
 {
     enum { HELD, FREE, STATIC };
     static const char *const words[] = {"held", "free", "static"};
-    const int word =
-        node ? kmp_read_choice(r, node, "start elastic", KMP_NAMES_OF(words), "the word is", " or ") : HELD;
+    const int word = node ? kmp_read_choice(r, node, "start elastic", KMP_NAMES_OF(words), "the word is") : HELD;
     if (word == FREE)
         return;
     for (int k = 0; k < r->model->motion_count; k++)

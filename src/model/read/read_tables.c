@@ -262,7 +262,7 @@ bool kmp_points_increase(const kmp_points *p, const char *places, const char *on
 static kmp_table_method read_method(kmp_reader *r, const kmp_yaml *node, const char *what, bool periodic)
 {
     static const char *const methods[] = {"spline", "linear", "monotone"};
-    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") : 0;
+    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is") : 0;
     if (word == 2)
         return periodic ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_MONOTONE;
     return word == 1 ? KMP_TABLE_LINEAR : periodic ? KMP_TABLE_PERIODIC : KMP_TABLE_CUBIC;
@@ -411,7 +411,7 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     read_period(r, map, p.what, table);
     const kmp_yaml *node = kmp_yaml_get(map, "outside");
     static const char *const words[] = {"linear", "hold", "error"};
-    int word = node ? kmp_read_choice(r, node, p.what, KMP_NAMES_OF(words), "outside is", " or ") : -1;
+    int word = node ? kmp_read_choice(r, node, p.what, KMP_NAMES_OF(words), "outside is") : -1;
     table->outside = (kmp_outside)(word + 1);
     kmp_table_method method = read_method(r, kmp_yaml_get(map, "method"), p.what, table->periodic);
     if (table->of_two && (table->periodic || method == KMP_TABLE_MONOTONE)) {

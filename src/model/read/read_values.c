@@ -7,6 +7,7 @@
 #include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
+#include "model/language/number_algebra.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_ports.h"
@@ -404,11 +405,9 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
     if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr)) {
-        kmp_turns *turns = kmp_arena_room(&r->scratch, r->turns, r->turn_count, sizeof *turns);
-        if (turns) { /* otherwise the arena has failed */
-            r->turns = turns;
-            turns[r->turn_count++] = (kmp_turns){node->place, kmp_reader_say(r, "%s", what), value};
-        }
+        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value};
+        if (KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
+            r->turns[r->turn_count++] = turns;
     }
     return true;
 }
@@ -469,6 +468,28 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
         return true;
     return kmp_reader_complain(r, node->place, "%s is %.6g: it must %s%s", what, value, kmp_field_rule_words(rule),
                                hint);
+}
+
+bool kmp_read_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_field_rule rule,
+                    kmp_number *number)
+{
+    return kmp_read_number(r, node, what, wanted, number) && kmp_check_rule(r, node, what, rule, number->value, "");
+}
+
+bool kmp_read_fixed_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                          kmp_field_rule rule, double *value)
+{
+    return kmp_read_fixed(r, node, what, wanted, value) && kmp_check_rule(r, node, what, rule, *value, "");
+}
+
+const kmp_expr *kmp_read_ruled_key(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, bool required,
+                                   kmp_dimension wanted, kmp_field_rule rule)
+{
+    const kmp_yaml *node = required ? kmp_read_required(r, map, what, key) : kmp_yaml_get(map, key);
+    kmp_number number;
+    return node && kmp_read_ruled(r, node, kmp_reader_say(r, "the %s of %s", key, what), wanted, rule, &number)
+               ? kmp_number_expr(&r->model->arena, number)
+               : NULL;
 }
 
 /* Sets a flag of the parameters in an expression, `flag` is its place in them; names without it are put in front

@@ -118,6 +118,9 @@ const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(con
  * without a name; NULL allows all. */
 bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys);
 
+/** Their names. */
+kmp_name_list kmp_key_names(const kmp_key *keys);
+
 /** The dimension of a key's number, by its unit. */
 kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name);
 
@@ -143,10 +146,19 @@ int kmp_read_one_key(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_n
 int kmp_count_keys(const kmp_yaml *map, kmp_name_list keys, int *first);
 void kmp_complain_keys(kmp_reader *r, kmp_place place, const char *what, kmp_name_list keys, int count);
 
+/** True for a scalar that is this word; NULL is none. */
+bool kmp_is_word(const kmp_yaml *node, const char *word);
+
 /** The index of a word among some; -1 after an error: "WHAT: the method is spline or linear, not 'x'", where `is` is
- * "the method is" and `last` is " or ". */
-int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is,
-                    const char *last);
+ * "the method is". Of a key that a mapping may lack: `absent` without it. */
+int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is);
+int kmp_read_choice_of(kmp_reader *r, const kmp_yaml *map, const char *key, const char *what, kmp_name_list words,
+                       const char *is, int absent);
+
+/** The same of a key that must be a word; `*found` is unchanged without it, and after an error: false. */
+bool kmp_read_word_of(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, kmp_name_list words,
+                      int *found);
+extern const kmp_name_list kmp_yes, kmp_no_or_yes, kmp_axis_letters; /* yes; no, yes; x, y, z */
 
 /** The index of a name in a list of the model, as the node's file has it; -1 after an error: "WHAT: unknown KIND 'x'".
  */

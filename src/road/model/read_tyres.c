@@ -18,22 +18,6 @@ static const kmp_key tyre_keys[] = {
 #include "road/keys/tyre_keys.def"
     {0}};
 
-static const char *const axis_words[] = {"x", "y", "z"};
-
-/* One of a list's words; `number` is unchanged after an error. */
-static bool read_choice(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, kmp_name_list words,
-                        int *number)
-{
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    if (!node)
-        return true;
-    if (!kmp_read_word(r, node, kmp_reader_say(r, "%s of %s", key, what)))
-        return false;
-    const int found = kmp_read_choice(r, node, what, words, kmp_reader_say(r, "%s is", key), " or ");
-    *number = found < 0 ? *number : found;
-    return found >= 0;
-}
-
 /* -- roads ------------------------------------------------------------------------------------------- */
 
 /* The height, or the name of a table over x. */
@@ -59,19 +43,19 @@ static void read_road(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         return;
     }
     road->normal = 2;
-    bool good = read_choice(r, map, what, "normal", KMP_NAMES_OF(axis_words), &road->normal);
+    bool good = kmp_read_word_of(r, map, what, "normal", kmp_axis_letters, &road->normal);
     road->along = road->normal == 0 ? 1 : 0;
-    good = read_choice(r, map, what, "along", KMP_NAMES_OF(axis_words), &road->along) && good;
+    good = kmp_read_word_of(r, map, what, "along", kmp_axis_letters, &road->along) && good;
     if (along && road->along == road->normal)
         good = kmp_reader_complain(r, map->place, "%s: its height cannot change along %s, its normal", what,
-                                   axis_words[road->normal]);
+                                   kmp_name_at(kmp_axis_letters, road->normal));
     road->friction = (kmp_number){.value = 1};
     if (!friction)
         road->friction.symbol = ++r->model->symbol_count;
-    const char *of = kmp_reader_say(r, "friction of %s", what);
     if (friction)
-        good = kmp_read_number(r, friction, of, KMP_DIM_NUMBER, &road->friction) &&
-               kmp_check_rule(r, friction, of, KMP_FIELD_POSITIVE, road->friction.value, "") && good;
+        good = kmp_read_ruled(r, friction, kmp_reader_say(r, "friction of %s", what), KMP_DIM_NUMBER,
+                              KMP_FIELD_POSITIVE, &road->friction) &&
+               good;
     road->height = height ? read_height(r, height, what) : NULL;
     good = good && (!height || road->height);
     const int point = kmp_read_point(r, flat ? flat : at, what);
@@ -131,7 +115,7 @@ static bool read_source(reading *t)
     if (!file == !model)
         return kmp_reader_complain(t->r, t->map->place, "%s has a 'file' (.tir), or 'model: brush'", t->what);
     if (model)
-        return read_choice(t->r, t->map, t->what, "model", KMP_NAMES_OF(models), &choice);
+        return kmp_read_word_of(t->r, t->map, t->what, "model", KMP_NAMES_OF(models), &choice);
     if (!kmp_tir_read(t->r, file, t->what, &t->tir))
         return false;
     t->tyre->form = t->tir.form;
@@ -165,6 +149,11 @@ static bool check_keys(const reading *t)
     return good;
 }
 
+static kmp_number *field_of(kmp_tyre *tyre, int field)
+{
+    return (kmp_number *)(void *)((char *)tyre + kmp_tyre_fields[field].offset);
+}
+
 static bool read_numbers(const reading *t)
 {
     kmp_tyre *tyre = t->tyre;
@@ -177,18 +166,17 @@ static bool read_numbers(const reading *t)
     bool good = true;
     tyre->friction.value = tyre->low_speed.value = 1;
     for (int k = 0; tyre->tir && k < 4; k++)
-        ((kmp_number *)(void *)((char *)tyre + kmp_tyre_fields[from_file[k].field].offset))->value =
-            tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
+        field_of(tyre, from_file[k].field)->value = tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
     for (int k = 0; k < KMP_TYRE_FIELDS; k++) {
         const kmp_wheel_field *field = &kmp_tyre_fields[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, field->key);
         const char *name = kmp_reader_say(t->r, "the %s of %s", field->key, t->what);
-        if (!node && kmp_tyre_get(tyre, k)->value != 0) /* of the file, or as it is without the key */
-            ((kmp_number *)(void *)((char *)tyre + field->offset))->symbol = ++t->r->model->symbol_count;
+        kmp_number *number = field_of(tyre, k);
+        if (!node && number->value != 0) /* of the file, or as it is without the key */
+            number->symbol = ++t->r->model->symbol_count;
         if (node)
-            good = kmp_read_number(t->r, node, name, kmp_key_dimension(tyre_keys, field->key),
-                                   (kmp_number *)(void *)((char *)tyre + field->offset)) &&
-                   kmp_check_rule(t->r, node, name, field->rule, kmp_tyre_get(tyre, k)->value, "") && good;
+            good =
+                kmp_read_ruled(t->r, node, name, kmp_key_dimension(tyre_keys, field->key), field->rule, number) && good;
     }
     if (good && !(tyre->vertical_stiffness.value > 0))
         good = kmp_reader_complain(
@@ -203,7 +191,6 @@ static bool read_numbers(const reading *t)
 /* The mode chooses its forces, and whether its slips are transient. */
 static bool read_mode(const reading *t, bool *transient)
 {
-    static const char *const words[] = {"no", "yes"};
     const kmp_yaml *node = kmp_yaml_get(t->map, "mode");
     double mode = t->tir.mode >= 0 && t->tyre->tir ? t->tir.mode : 4;
     if (node && !kmp_read_fixed(t->r, node, kmp_reader_say(t->r, "mode of %s", t->what), KMP_DIM_NUMBER, &mode))
@@ -221,7 +208,7 @@ static bool read_mode(const reading *t, bool *transient)
     if (tyre->form == KMP_TYRE_BRUSH && forces != 0 && forces != 4)
         return kmp_reader_complain(t->r, node ? node->place : t->map->place,
                                    "%s: a brush model has the modes 0, 4, 10 and 14", t->what);
-    if (!read_choice(t->r, t->map, t->what, "transient", KMP_NAMES_OF(words), &choice))
+    if (!kmp_read_word_of(t->r, t->map, t->what, "transient", kmp_no_or_yes, &choice))
         return false;
     *transient = choice > 0;
     return true;
@@ -272,8 +259,8 @@ static void read_tyre(reading *t)
     int side = t->tir.right, angle = tyre->tangent;
     good = read_numbers(t) && good;
     good = read_mode(t, &transient) && good;
-    good = read_choice(t->r, t->map, t->what, "side", KMP_NAMES_OF(sides), &side) && good;
-    good = read_choice(t->r, t->map, t->what, "slip_angle", KMP_NAMES_OF(angles), &angle) && good;
+    good = kmp_read_word_of(t->r, t->map, t->what, "side", KMP_NAMES_OF(sides), &side) && good;
+    good = kmp_read_word_of(t->r, t->map, t->what, "slip_angle", KMP_NAMES_OF(angles), &angle) && good;
     tyre->mirrored = side != t->tir.right;
     tyre->tangent = angle;
     if (transient && good)
