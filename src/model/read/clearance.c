@@ -91,8 +91,8 @@ static void add_contact(rewriting *w, const loose *l, const char *name, const km
 {
     const kmp_yaml *clearance = kmp_yaml_get(l->map, "clearance"), *contact = kmp_yaml_get(l->map, "contact");
     if (kmp_yaml_get(w->contacts, name)) {
-        kmp_reader_complain(w->r, l->key->place,
-                            "%s: the section contacts has '%s', the name of its own contact, already", l->what, name);
+        kmp_complain_of(w->r, l->key, l->what, "the section contacts has '%s', the name of its own contact, already",
+                        name);
         return;
     }
     kmp_yaml *own = kmp_yaml_new(arena_of(w), KMP_YAML_MAP, contact->place);
@@ -134,14 +134,12 @@ static bool find_directions(const rewriting *w, loose *l)
     l->along = letter_of(along);
     l->normal = normal ? letter_of(normal) : 2;
     if (l->along < 0)
-        return kmp_reader_complain(w->r, (along ? along : l->map)->place,
-                                   "%s: a prismatic joint with clearance is along x, y or z", l->what);
+        return kmp_complain_of(w->r, (along ? along : l->map), l->what,
+                               "a prismatic joint with clearance is along x, y or z");
     return (l->normal >= 0 && l->normal != l->along) ||
-           kmp_reader_complain(
-               w->r, (normal ? normal : l->map)->place,
-               "%s: the 'axis' of its contact is x, y or z, across the guide: the normal of the plane in "
-               "which the slider moves",
-               l->what);
+           kmp_complain_of(w->r, (normal ? normal : l->map), l->what,
+                           "the 'axis' of its contact is x, y or z, across the guide: the normal of the plane in which "
+                           "the slider moves");
 }
 
 /* The joint in place of one with clearance; the same where it has none, or cannot have one; NULL: its contact is all of
@@ -154,8 +152,8 @@ static const kmp_yaml *rewrite(rewriting *w, loose l)
     l.slides = kmp_yaml_get(map, "prismatic") != NULL;
     l.ball = kmp_yaml_get(map, "ball") != NULL;
     if (!l.slides && !l.ball && !kmp_yaml_get(map, "revolute")) {
-        kmp_reader_complain(w->r, (node ? node : kmp_yaml_get(map, "contact"))->place,
-                            "%s: a revolute or a prismatic joint, or a ball closure, may have a clearance", l.what);
+        kmp_complain_of(w->r, (node ? node : kmp_yaml_get(map, "contact")), l.what,
+                        "a revolute or a prismatic joint, or a ball closure, may have a clearance");
         return map;
     }
     const kmp_yaml *clearance = kmp_read_required(w->r, map, l.what, "clearance");

@@ -88,7 +88,7 @@ int kmp_outline_most_pairs(const kmp_reader *r, const kmp_yaml *map)
 typedef struct making {
     kmp_reader *r;
     const char *what;
-    kmp_place place;
+    const kmp_yaml *map;
     bool law;
     kmp_outline_pair *pairs;
     int count;
@@ -153,11 +153,10 @@ static bool has_only_circles(making *m, const kmp_outline *outline)
     for (int k = 0; k < outline->piece_count; k++) {
         const kmp_piece *piece = &outline->pieces[k];
         if (piece->arc && piece->turn > 0 && !is_circle(piece))
-            return kmp_reader_complain(m->r, m->place,
-                                       "%s: outline '%s' has an arc that is not a corner; planes and other outlines "
-                                       "meet only its corners, or a "
-                                       "whole circle. Take 'round', or a cylinder",
-                                       m->what, outline->name);
+            return KMP_COMPLAIN(m, m->map,
+                                "outline '%s' has an arc that is not a corner; planes and other outlines meet only its "
+                                "corners, or a whole circle. Take 'round', or a cylinder",
+                                outline->name);
     }
     return true;
 }
@@ -181,16 +180,13 @@ static bool check_fit(making *m, const kmp_outline *outline, double radius)
         if (!piece->arc || piece->turn > 0 || over > KMP_WRITTEN_DIGITS * radius)
             continue;
         if (outline->shape == KMP_OUTLINE_SLOT && fabs(over) <= KMP_WRITTEN_DIGITS * radius)
-            return kmp_reader_complain(m->r, m->place,
-                                       "%s: the slot '%s' is just as wide as the circle, %.6g m: without clearance "
-                                       "this is a joint; write a loop "
-                                       "'point_on_line' in place of the contact",
-                                       m->what, outline->name, 2 * radius);
-        return kmp_reader_complain(
-            m->r, m->place,
-            "%s: a circle of radius %.6g m does not fit into the arc of radius %.6g m of outline "
-            "'%s'",
-            m->what, radius, piece->radius, outline->name);
+            return KMP_COMPLAIN(m, m->map,
+                                "the slot '%s' is just as wide as the circle, %.6g m: without clearance this is a "
+                                "joint; write a loop 'point_on_line' in place of the contact",
+                                outline->name, 2 * radius);
+        return KMP_COMPLAIN(m, m->map,
+                            "a circle of radius %.6g m does not fit into the arc of radius %.6g m of outline '%s'",
+                            radius, piece->radius, outline->name);
     }
     return true;
 }
@@ -200,7 +196,7 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     const kmp_yaml *on = kmp_yaml_get(map, "on"),
                    *name[2] = {kmp_yaml_get(map, "outline"), kmp_yaml_get(on, "outline")};
     const kmp_outline *outline[2] = {NULL, NULL};
-    making m = {.r = r, .what = what, .place = map->place, .law = has_law(map)};
+    making m = {.r = r, .what = what, .map = map, .law = has_law(map)};
     double radius = 0;
     for (int k = 0; k < 2; k++)
         if (name[k] && !(outline[k] = kmp_read_outline_name(r, name[k], what)))
@@ -209,11 +205,10 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         return -1; /* reported where it is read */
     const int most = kmp_outline_most_pairs(r, map);
     if (most > MOST_PAIRS) {
-        kmp_reader_complain(
-            r, map->place,
-            "%s: %d pairs of corners and sides of both outlines; at most %d can be followed: take simpler "
-            "outlines, or a point or cylinder for the part that touches",
-            what, most, MOST_PAIRS);
+        kmp_complain_of(r, map, what,
+                        "%d pairs of corners and sides of both outlines; at most %d can be followed: take simpler "
+                        "outlines, or a point or cylinder for the part that touches",
+                        most, MOST_PAIRS);
         return -1;
     }
     m.pairs = KMP_ARENA_NEW(&r->scratch, kmp_outline_pair, most + 1);
@@ -268,8 +263,8 @@ static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, co
     const int top = kmp_model_common_body(model, body[0], body[1]);
     const char *joint = leaves_plane(model, body[0], top, (const double(*)[3])at.axes, w);
     joint = joint ? joint : leaves_plane(model, body[1], top, (const double(*)[3])at.axes, w);
-    return kmp_reader_complain(
-        r, map->place, "%s: an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it", what,
+    return kmp_complain_of(
+        r, map, what, "an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it",
         model->bodies[body[owner]].name, model->points[point[owner]].name, joint ? joint : "of a flexible body");
 }
 
@@ -304,11 +299,9 @@ bool kmp_outline_pair_put(kmp_reader *r, const kmp_yaml *map, const char *what, 
     const kmp_yaml *on = kmp_yaml_get(map, "on");
     const bool first = kmp_yaml_get(map, "outline"), second = kmp_yaml_get(on, "outline");
     if (first && !second && touch->side[1].shape != KMP_TOUCH_PLANE)
-        return kmp_reader_complain(
-            r, on->place,
-            "%s: an outline touches a plane or another outline; write a sphere or cylinder as the "
-            "first side, on the outline",
-            what);
+        return kmp_complain_of(r, on, what,
+                               "an outline touches a plane or another outline; write a sphere or cylinder as the first "
+                               "side, on the outline");
     if (!check_plane(r, map, what, touch, first ? 0 : 1) || (first && !check_axes(r, map, what, touch)))
         return false;
     if (pair->swapped) {

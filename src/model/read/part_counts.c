@@ -118,11 +118,9 @@ static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, do
         if (!(n.exprs[k] = parse(&n, n.nodes[k], k == 0 ? what : kmp_reader_say(r, "parameter '%s'", n.names[k]))))
             return false;
     if (!value_first(&n))
-        return kmp_reader_complain(r, node->place, "%s: the parameters in '%s' depend on each other in a cycle", what,
-                                   node->text);
+        return kmp_complain_of(r, node, what, "the parameters in '%s' depend on each other in a cycle", node->text);
     *value = n.values[0];
-    return isfinite(*value) ? note_decisive(r, node)
-                            : kmp_reader_complain(r, node->place, "%s: '%s' is not finite", what, node->text);
+    return isfinite(*value) ? note_decisive(r, node) : kmp_complain_of(r, node, what, "'%s' is not finite", node->text);
 }
 
 int kmp_read_repeat(kmp_reader *r, const kmp_yaml *node)

@@ -88,10 +88,9 @@ static void read_one_motion(kmp_reader *r, const kmp_yaml *node, const char *wha
         add_motion(r, body, rotation, axis);
         return;
     }
-    kmp_reader_complain(
-        r, node->place,
-        "%s: a motion is R1, R2, R3, T1, T2, T3, one of them with a minus, {R: axis} or {T: axis}%s%s%s", what,
-        node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
+    kmp_complain_of(r, node, what,
+                    "a motion is R1, R2, R3, T1, T2, T3, one of them with a minus, {R: axis} or {T: axis}%s%s%s",
+                    node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
     add_stand_in(r, body, !strchr(node->text, 'T'));
 }
 
@@ -102,7 +101,7 @@ static void read_two_axes(kmp_reader *r, const kmp_yaml *node, const char *what,
     if (!kmp_read_axis(r, node->items[0], what, a) || !kmp_read_axis(r, node->items[1], what, b))
         return;
     if (fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) > 1e-6)
-        kmp_reader_complain(r, node->place, "%s: the two axes are not perpendicular to each other", what);
+        kmp_complain_of(r, node, what, "the two axes are not perpendicular to each other");
     else if (kmp_square_axes(0, a, 1, b, square))
         memcpy(m, square, sizeof square);
 }
@@ -133,7 +132,7 @@ void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yam
         const kmp_joint_row *other = &kmp_joint_rows[k];
         const kmp_yaml *node = kmp_joint_key(other) ? kmp_yaml_get(joint, kmp_joint_key(other)) : NULL;
         if (node && other != row)
-            kmp_reader_complain(r, node->place, "%s: only a %s has a %s", what, other->name, kmp_joint_key(other));
+            kmp_complain_of(r, node, what, "only a %s has a %s", other->name, kmp_joint_key(other));
     }
 }
 
@@ -143,7 +142,7 @@ static void read_armature(kmp_reader *r, const kmp_yaml *joint, const char *what
     if (!node)
         return;
     if (body->motion_count != 1) {
-        kmp_reader_complain(r, node->place, "%s: only a joint with one coordinate has an armature", what);
+        kmp_complain_of(r, node, what, "only a joint with one coordinate has an armature");
         return;
     }
     kmp_dimension unit = r->model->motions[body->first_motion].rotation ? KMP_DIM(2, 1, 0) : KMP_DIM(0, 1, 0);
@@ -161,7 +160,7 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
         const kmp_yaml *node = kmp_yaml_get(joint, row->name);
         double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
         if (!chain[0] && !kmp_is_word(node, "yes"))
-            kmp_reader_complain(r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
+            kmp_complain_of(r, node, what, "a joint without motions is written with the value 'yes'");
         if (chain[0])
             kmp_read_chain_axes(r, chain, node, what, m);
         for (; chain[0] && chain[0] != '='; chain += 2) {
@@ -174,7 +173,7 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
         const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
         bool good = kmp_read_list(r, motions, kmp_reader_say(r, "%s: motions", what), -1);
         if (good && motions->count == 0)
-            kmp_reader_complain(r, motions->place, "%s: a joint needs at least one motion", what);
+            kmp_complain_of(r, motions, what, "a joint needs at least one motion");
         for (int i = 0; good && i < motions->count; i++)
             read_one_motion(r, motions->items[i], what, body);
     }
@@ -299,7 +298,7 @@ static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)
     const kmp_yaml *reversed = kmp_yaml_get(joint, "reversed");
     body->reversed = kmp_is_word(reversed, "yes");
     if (reversed && !body->reversed)
-        kmp_reader_complain(r, reversed->place, "%s: reversed is 'yes' or absent", what);
+        kmp_complain_of(r, reversed, what, "reversed is 'yes' or absent");
     if (body->reversed && body->motion_count > 0)
         reverse_chain(&r->model->motions[body->first_motion], body->motion_count);
 }
@@ -469,8 +468,8 @@ static int resolve_own_end(kmp_reader *r, const kmp_yaml *node, int body, const 
     int point = full ? resolve_end(r, node, what) : kmp_read_point_of(r, node->place, body, node->text, what);
     if (point < 0 || r->model->points[point].body == body)
         return point;
-    kmp_reader_complain(r, node->place, "%s: point '%s' is on body '%s'", what, node->text,
-                        r->model->bodies[r->model->points[point].body].name);
+    kmp_complain_of(r, node, what, "point '%s' is on body '%s'", node->text,
+                    r->model->bodies[r->model->points[point].body].name);
     return -1;
 }
 

@@ -67,7 +67,7 @@ static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, con
         const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
         bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << row->needs;
         if (node && !good)
-            kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, row->name, takes[k].key);
+            kmp_complain_of(r, node, what, "a %s closure has no %s", row->name, takes[k].key);
     }
 }
 
@@ -98,7 +98,7 @@ static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         (void)kmp_read_fixed(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &value);
     closure->power = (int)value;
     if (power && (closure->power != value || value < 0 || value > 2))
-        kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
+        kmp_complain_of(r, power, what, "the power of a length is 0, 1 or 2");
 }
 
 static void add_curve(kmp_closure *closure, const kmp_expr *expr, int side)
@@ -122,7 +122,7 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
         kmp_read_expr(r, node, what, side ? kmp_key_dimension(closure_keys, side == 1 ? "y" : "z") : KMP_DIM_ANY,
                       side ? KMP_OF_X : KMP_OF_PLACE);
     if (kmp_expr_find(expr, is_condition, NULL))
-        kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
+        kmp_complain_of(r, node, what, "a curve must be smooth, without 'if' and 'sign'");
     add_curve(closure, expr, side);
 }
 
@@ -134,7 +134,7 @@ static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what,
         return;
     }
     if (node->count < 1 || node->count > 2) {
-        kmp_reader_complain(r, node->place, "%s: curve has one expression or two, not %d", what, node->count);
+        kmp_complain_of(r, node, what, "curve has one expression or two, not %d", node->count);
         return;
     }
     for (int k = 0; k < node->count; k++)
@@ -147,7 +147,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *curve = kmp_yaml_get(map, "curve"), *power = kmp_yaml_get(map, "power");
     closure->power = 1;
     if ((table != NULL) + (y || z) + (curve != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is expected", what);
+        kmp_complain_of(r, map, what, "exactly one of table, y (and z), curve is expected");
         return;
     }
     if (table) { /* y = table(x), as an expression */
@@ -166,7 +166,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         read_implicit(r, curve, what, closure);
         read_power(r, map, what, closure);
     } else if (power) {
-        kmp_reader_complain(r, power->place, "%s: y and z are lengths: power belongs to curve", what);
+        kmp_complain_of(r, power, what, "y and z are lengths: power belongs to curve");
     }
 }
 
@@ -176,7 +176,7 @@ static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *node = kmp_yaml_get(map, "coupler"), *equals = kmp_yaml_get(map, "equals");
     kmp_number *constant = equals ? KMP_ARENA_NEW(&r->model->arena, kmp_number, 1) : NULL;
     if (node->kind != KMP_YAML_MAP || node->count < 2) {
-        kmp_reader_complain(r, node->place, "%s: a coupling has two coordinates or more, such as {A: 1, B: -2}", what);
+        kmp_complain_of(r, node, what, "a coupling has two coordinates or more, such as {A: 1, B: -2}");
         return;
     }
     closure->terms = KMP_ARENA_NEW(&r->model->arena, kmp_term, node->count);
@@ -202,12 +202,11 @@ static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what
     const kmp_expr *rate = kmp_expr_find(closure->function, kmp_expr_is_rate, NULL);
     const kmp_state *state = rate && rate->kind == KMP_EXPR_QD ? kmp_state_of(r->model, rate->index) : NULL;
     if (state)
-        kmp_reader_complain(r, node->place, "%s: a constraint may depend on t, q(..) and positions, not on state '%s'",
-                            what, state->name);
+        kmp_complain_of(r, node, what, "a constraint may depend on t, q(..) and positions, not on state '%s'",
+                        state->name);
     else if (rate)
-        kmp_reader_complain(r, node->place,
-                            "%s: a constraint may depend on t, q(..) and positions, not on qd(..) and other rates",
-                            what);
+        kmp_complain_of(r, node, what,
+                        "a constraint may depend on t, q(..) and positions, not on qd(..) and other rates");
     read_power(r, map, what, closure);
 }
 
@@ -219,7 +218,7 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
     if (kmp_closure_row_of(closure)->needs == KMP_NEEDS_TWO_AXES && !axes)
         kmp_read_required(r, map, what, "axes");
     if (axis && axes)
-        kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
+        kmp_complain_of(r, map, what, "'axis' and 'axes' exclude each other");
     if (axis && kmp_read_axis(r, axis, what, closure->axis[0]))
         memcpy(closure->axis[1], closure->axis[0], sizeof closure->axis[1]);
     if (axes && kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2))
@@ -280,16 +279,15 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *locked = kmp_yaml_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
     if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
-        kmp_reader_complain(r, map->place,
-                            "%s: exactly one of the keys angle, displacement, locked is expected; a constant speed is "
-                            "a function of t, as angle: 60 rpm*t",
-                            what);
+        kmp_complain_of(r, map, what,
+                        "exactly one of the keys angle, displacement, locked is expected; a constant speed is a "
+                        "function of t, as angle: 60 rpm*t");
         return;
     }
     if (locked) {
         drive->kind = KMP_CLOSURE_lock;
         if (!kmp_is_word(locked, "yes"))
-            kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
+            kmp_complain_of(r, locked, what, "locked is 'yes' or absent");
         return;
     }
     if (drive->motion < 0)
@@ -297,8 +295,8 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_motion *m = &r->model->motions[drive->motion];
     const kmp_yaml *given = angle ? angle : displacement;
     if (m->rotation != (angle != NULL))
-        kmp_reader_complain(r, given->place, "%s: '%s' is a %s, which is driven by '%s'", what, m->name,
-                            m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
+        kmp_complain_of(r, given, what, "'%s' is a %s, which is driven by '%s'", m->name,
+                        m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
     else
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }

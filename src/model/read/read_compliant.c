@@ -129,12 +129,11 @@ static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, 
             return true;
     int k = kmp_name_find(KMP_NAMED(model, closure), name);
     if (k < 0 || model->closures[k].point[0] < 0)
-        return kmp_reader_complain(c->r, node->place, "%s: '%s' is not a joint with clearance", c->what, node->text);
+        return KMP_COMPLAIN(c, node, "'%s' is not a joint with clearance", node->text);
     if (axis_of(model->closures[k].axis[0]) < 0)
-        return kmp_reader_complain(c->r, node->place, "%s: the axis of a clearance is x, y or z of its points",
-                                   c->what);
+        return KMP_COMPLAIN(c, node, "the axis of a clearance is x, y or z of its points");
     if (guide && axis_of(model->closures[k].axis[1]) != axis_of(model->closures[k].axis[0]))
-        return kmp_reader_complain(c->r, node->place, "%s: both points of a guide need the same axis", c->what);
+        return KMP_COMPLAIN(c, node, "both points of a guide need the same axis");
     place_between(c, model->closures[k].point, axis_of(model->closures[k].axis[0]), out);
     return true;
 }
@@ -185,7 +184,7 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     journal->radius = read_length(&c, "radius", false);
     journal->ball = kmp_yaml_get(map, "socket") != NULL;
     if (number_of(r, journal->clearance) >= number_of(r, journal->radius))
-        kmp_reader_complain(r, map->place, "%s: the clearance is not less than the radius of the bearing", what);
+        kmp_complain_of(r, map, what, "the clearance is not less than the radius of the bearing");
     if (journal->ball)
         place_ball(&c);
     else
@@ -301,7 +300,7 @@ bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_fo
     if (corner < 0 || along < 0 || !place_in_joint(&c, node, true, &motion))
         return false;
     if (along == motion.normal)
-        return kmp_reader_complain(r, axis->place, "%s: the guide is along the normal of the plane of motion", what);
+        return kmp_complain_of(r, axis, what, "the guide is along the normal of the plane of motion");
     return find_corner(&c, &motion, corner, along == (motion.normal + 1) % 3, pair, &force->vector[0]);
 }
 
@@ -446,14 +445,13 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
     kmp_dimension depth = kmp_dimension_power(turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, exponent);
     kmp_dimension wanted = kmp_dimension_times(turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, depth, -1);
     if (given && young)
-        kmp_reader_complain(c->r, young->place, "%s: 'stiffness' and 'young' exclude each other", c->what);
+        KMP_COMPLAIN(c, young, "'stiffness' and 'young' exclude each other");
     if (given || !young) {
         (void)kmp_read_required(c->r, c->map, c->what, "stiffness");
         return read_given(c, "stiffness", wanted, KMP_FIELD_POSITIVE);
     }
     if (exponent != 1.5)
-        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' has the exponent 1.5, not %g", c->what,
-                            exponent);
+        KMP_COMPLAIN(c, young, "the stiffness by 'young' has the exponent 1.5, not %g", exponent);
     /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
     kmp_expr_locals locals = {0};
     kmp_local_put(&locals, "reduced", reduced_radius(c));
@@ -464,9 +462,7 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
     if (locals.count < 5)
         return NULL;
     if (!(number_of(c->r, locals.local[0].expr) > 0)) {
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the radii do not touch from outside: their sum of curvatures is not positive",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "the radii do not touch from outside: their sum of curvatures is not positive");
         return NULL;
     }
     return read_formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals);
@@ -489,8 +485,7 @@ static void refuse_numbers(const contact *c, const law_row *row, const char *con
     for (int k = 0; k < count; k++) {
         const kmp_yaml *node = kmp_yaml_get(c->map, names[k]);
         if (node && (!row || !mentions(row->force, names[k])))
-            kmp_reader_complain(c->r, node->place, "%s: the law %s has no %s", c->what,
-                                row ? row->word : "by an expression", names[k]);
+            KMP_COMPLAIN(c, node, "the law %s has no %s", row ? row->word : "by an expression", names[k]);
     }
 }
 
@@ -519,8 +514,7 @@ static void read_johnson(contact *c)
 {
     kmp_expr_locals locals = {0};
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball) {
-        kmp_reader_complain(c->r, c->map->place, "%s: the law johnson holds only for a journal in its bearing",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "the law johnson holds only for a journal in its bearing");
         return;
     }
     if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))
@@ -667,8 +661,8 @@ static void refuse_keys(const contact *c)
                                                                : KMP_NAMES_OF(of_joints);
     int first = -1;
     if (kmp_count_keys(c->map, keys, &first) > 0)
-        kmp_reader_complain(c->r, kmp_yaml_get(c->map, kmp_name_at(keys, first))->place,
-                            "%s: the key '%s' does not belong to this contact", c->what, kmp_name_at(keys, first));
+        KMP_COMPLAIN(c, kmp_yaml_get(c->map, kmp_name_at(keys, first)), "the key '%s' does not belong to this contact",
+                     kmp_name_at(keys, first));
 }
 
 /* -- films of journals ------------------------------------------------------------------------------- */
@@ -752,7 +746,7 @@ static const kmp_film *read_film(kmp_reader *r, const kmp_yaml *map, const char 
         film->force[1] = step;
     }
     if (film->most && kmp_expr_value(film->most, r->parameter_values) <= 0)
-        kmp_reader_complain(r, map->place, "%s: the least thickness of the film is not below the clearance", what);
+        kmp_complain_of(r, map, what, "the least thickness of the film is not below the clearance");
     return film;
 }
 
@@ -762,7 +756,7 @@ static void read_film_of(const contact *c)
     if (!map)
         return;
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball)
-        kmp_reader_complain(c->r, map->place, "%s: a journal in its bearing has a film, and this is none", c->what);
+        KMP_COMPLAIN(c, map, "a journal in its bearing has a film, and this is none");
     else if (kmp_read_required(c->r, c->map, c->what, "radius") && c->made->radius && c->made->clearance)
         c->made->film = read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
 }

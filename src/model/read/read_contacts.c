@@ -96,10 +96,9 @@ static void read_gap(const reading *c)
     c->touch->gap = gap;
     c->touch->turns = !kmp_dimension_fits(found, KMP_DIM_LENGTH);
     if (c->touch->turns && !kmp_dimension_fits(found, KMP_DIM_NUMBER))
-        kmp_reader_complain(c->r, node->place, "%s: the gap is a length or an angle", c->what);
+        KMP_COMPLAIN(c, node, "the gap is a length or an angle");
     if (kmp_expr_find(gap, kmp_expr_is_rate, NULL))
-        kmp_reader_complain(c->r, node->place, "%s: the gap may depend on t, q(..) and positions, not on rates",
-                            c->what);
+        KMP_COMPLAIN(c, node, "the gap may depend on t, q(..) and positions, not on rates");
 }
 
 /* -- sides --------------------------------------------------------------------------------------------------- */
@@ -127,7 +126,7 @@ static void refuse_key(const reading *c, const kmp_yaml *map, const char *other,
 {
     const kmp_yaml *node = kmp_yaml_get(map, other);
     if (node)
-        kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
+        KMP_COMPLAIN(c, node, "the key '%s' does not belong to a '%s'", other, key);
 }
 
 /* The first side as a follower on a cam. */
@@ -179,10 +178,9 @@ static bool read_second(const reading *c, const kmp_yaml *map)
         const kmp_yaml *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
         if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
-            kmp_reader_complain(c->r, node->place,
-                                "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
-                                "would have two normals",
-                                c->what, side->table->name);
+            KMP_COMPLAIN(c, node,
+                         "a profile is a table by 'spline'; at corners of '%s' a contact would have two normals",
+                         side->table->name);
     }
     if (kind == 1 || kind == 2)
         read_radius(c, map, 1);
@@ -236,42 +234,35 @@ static void check_shapes(const reading *c)
     const kmp_touch_side *s = touch->side;
     bool folds = false;
     if (c->r->model->points[s[0].point].body == c->r->model->points[s[1].point].body)
-        kmp_reader_complain(c->r, c->map->place, "%s: both sides are on the same body", c->what);
+        KMP_COMPLAIN(c, c->map, "both sides are on the same body");
     if (s[0].shape == KMP_TOUCH_FACE && s[1].shape != KMP_TOUCH_CAM)
-        kmp_reader_complain(
-            c->r, c->map->place,
-            "%s: a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face "
-            "as the 'plane' that it touches",
-            c->what);
+        KMP_COMPLAIN(c, c->map,
+                     "a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face as the "
+                     "'plane' that it touches");
     if (s[0].shape == KMP_TOUCH_FACE && s[1].shape == KMP_TOUCH_CAM &&
         !kmp_stays_across(c->r->model, &(kmp_measure_argument){.point = s[0].point, .axis = s[0].axis},
                           &(kmp_measure_argument){.point = s[1].point, .axis = 2}))
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the normal of the face does not stay in the plane of the cam, across its axis z",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "the normal of the face does not stay in the plane of the cam, across its axis z");
     if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape == KMP_TOUCH_SPHERE)
-        kmp_reader_complain(c->r, c->map->place, "%s: a cylinder on a sphere is written as 'sphere' on a 'cylinder'",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "a cylinder on a sphere is written as 'sphere' on a 'cylinder'");
     else if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape != KMP_TOUCH_PLANE &&
              !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the axis of the first cylinder does not stay parallel to the axis of the %s", c->what,
-                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
-                            : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
-                                                            : "second one");
+        KMP_COMPLAIN(c, c->map, "the axis of the first cylinder does not stay parallel to the axis of the %s",
+                     s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
+                     : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
+                                                     : "second one");
     if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
-        kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
-                            touch->radius[0].value, touch->radius[1].value);
+        KMP_COMPLAIN(c, c->map, "radius %.6g m does not fit inside radius %.6g m", touch->radius[0].value,
+                     touch->radius[1].value);
     if (s[1].shape != KMP_TOUCH_PROFILE || !s[1].table || !s[1].table->table)
         return;
     kmp_reader_fix(c->r, &touch->radius[0]);
     kmp_table *curve = kmp_parallel_curve(s[1].table->table, touch->radius[0].value, &folds);
     kmp_table_free(curve);
     if (folds)
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: somewhere the profile is hollow with a smaller radius than "
-                            "%.6g m: it would touch at two places",
-                            c->what, touch->radius[0].value);
+        KMP_COMPLAIN(c, c->map,
+                     "somewhere the profile is hollow with a smaller radius than %.6g m: it would touch at two places",
+                     touch->radius[0].value);
 }
 
 bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_contact_pair *touch)
@@ -435,8 +426,8 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
                                        "least_rate", "film",      "clearance", "length",  "corner", "height"};
     int first = -1, count = of_joint ? 9 : 13;
     if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
-        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
-                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
+        kmp_complain_of(r, kmp_yaml_get(map, keys[first]), what,
+                        "the key '%s' belongs to a contact with a 'law', or with a 'force'", keys[first]);
     if (!kmp_read_map(r, map, what, contact_keys) || !read_geometry(r, map, what, force) ||
         !read_restitution(r, map, what, &force->restitution))
         return;
@@ -472,14 +463,11 @@ static bool check_pieces(kmp_reader *r, const kmp_section *s)
     kmp_outline_contact_outlines(r, s->node, outline);
     for (int k = 0; k < 2; k++)
         if (outline[k] && outline[k]->cam)
-            return kmp_reader_complain(
-                r, s->node->place,
-                "%s: the outline '%s' is a cam, which points, spheres, cylinders and flat faces touch", s->what,
-                outline[k]->name);
-    return !face ||
-           kmp_reader_complain(r, face->place,
-                               "%s: a flat face touches an outline that is a cam; write the face as a 'segment' here",
-                               s->what);
+            return kmp_complain_of(r, s->node, s->what,
+                                   "the outline '%s' is a cam, which points, spheres, cylinders and flat faces touch",
+                                   outline[k]->name);
+    return !face || kmp_complain_of(r, face, s->what,
+                                    "a flat face touches an outline that is a cam; write the face as a 'segment' here");
 }
 
 /* Each pair of a circle and a piece is a separate contact: NAME.1, NAME.2, .. */
@@ -489,9 +477,8 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
     if (!check_pieces(r, s))
         return;
     if (kmp_contact_keeps_rate(s->node)) {
-        kmp_reader_complain(r, s->node->place,
-                            "%s: laws with 'impact' keep one rate, and an outline has many pieces: take another law",
-                            s->what);
+        kmp_complain_of(r, s->node, s->what,
+                        "laws with 'impact' keep one rate, and an outline has many pieces: take another law");
         return;
     }
     const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);

@@ -850,11 +850,10 @@ void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what,
     if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || !e || e->wrong)
         return;
     if (!is_at_start(e, point->at) || e->beam.frame != KMP_FRAME_CLAMPED)
-        kmp_reader_complain(r, node->place,
-                            "%s: %s is flexible, so that its points are moved by its sections: give the station "
-                            "instead of %s, such as {station: %s, offset: [0, 0, 0]}",
-                            what, e->body, e->beam.turned ? "a place" : "x",
-                            e->beam.turned ? "0" : node->items[0]->text);
+        kmp_complain_of(r, node, what,
+                        "%s is flexible, so that its points are moved by its sections: give the station instead of %s, "
+                        "such as {station: %s, offset: [0, 0, 0]}",
+                        e->body, e->beam.turned ? "a place" : "x", e->beam.turned ? "0" : node->items[0]->text);
 }
 
 void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const kmp_yaml *to)

@@ -42,11 +42,6 @@ typedef struct pair {
     double length;                /* the size of their places */
 } pair;
 
-static bool complain(const pair *p, const char *sentence)
-{
-    return kmp_reader_complain(p->r, p->map->place, "%s: %s", p->what, sentence);
-}
-
 /* -- the wheels ---------------------------------------------------------------------------------------- */
 
 static bool read_wheel(const pair *p, const kmp_yaml *node, int which)
@@ -79,7 +74,7 @@ static bool read_wheels(const pair *p)
     bool good = read_wheel(p, node->items[0], 0);
     good = read_wheel(p, node->items[1], 1) && good;
     if (good && p->gear->wheel[0] == p->gear->wheel[1])
-        return complain(p, "both wheels are the same body");
+        return KMP_COMPLAIN(p, p->map, "both wheels are the same body");
     return good;
 }
 
@@ -94,21 +89,19 @@ static bool add_passed(pair *p, int body, bool up)
 {
     const kmp_body *b = &p->r->model->bodies[body];
     if (b->flexible > 0)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: the flexible body '%s' is between the wheels, so that their axes do not rest in "
-            "one body",
-            p->what, b->name);
+        return KMP_COMPLAIN(p, p->map,
+                            "the flexible body '%s' is between the wheels, so that their axes do not rest in one body",
+                            b->name);
     if (b->motion_count - b->load_count > 1)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: joint '%s' between the wheels has several coordinates; wheels turn by revolute "
-                                   "joints, and racks move by prismatic ones",
-                                   p->what, b->joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "joint '%s' between the wheels has several coordinates; wheels turn by revolute joints, "
+                            "and racks move by prismatic ones",
+                            b->joint);
     if (b->load_count > 0)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: friction is pressed by the reaction of joint '%s', which would be without the "
-                                   "force of the teeth: give that friction by torque or force in place of mu",
-                                   p->what, b->joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "friction is pressed by the reaction of joint '%s', which would be without the force of "
+                            "the teeth: give that friction by torque or force in place of mu",
+                            b->joint);
     if (b->motion_count == 1)
         p->path[p->count++] = (passed){b->first_motion, up, up ? b->parent : body};
     else if (p->count > 0 && up)
@@ -135,10 +128,10 @@ static bool find_path(pair *p)
             return false;
     }
     if (p->count < 2)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: between '%s' and '%s' there is only one joint; both must move against the body "
-                                   "that carries their axes",
-                                   p->what, wheel_name(p, 0), wheel_name(p, 1));
+        return KMP_COMPLAIN(
+            p, p->map,
+            "between '%s' and '%s' there is only one joint; both must move against the body that carries their axes",
+            wheel_name(p, 0), wheel_name(p, 1));
     return true;
 }
 
@@ -191,17 +184,17 @@ static bool find_axes(pair *p, kmp_closure *closure)
     const kempe_model *model = p->r->model;
     p->split = find_split(p);
     if (p->split == 0)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: no body carries both axes: joints from '%s' turn about one line up to a body, and on to '%s' "
-            "about another line; joint '%s' does not fit",
-            p->what, wheel_name(p, 0), wheel_name(p, 1), model->bodies[model->motions[p->path[1].motion].body].joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "no body carries both axes: joints from '%s' turn about one line up to a body, and on to "
+                            "'%s' about another line; joint '%s' does not fit",
+                            wheel_name(p, 0), wheel_name(p, 1),
+                            model->bodies[model->motions[p->path[1].motion].body].joint);
     gear->carrier = p->path[p->split - 1].beyond;
     gear->axis[0] = p->path[0].motion;
     gear->axis[1] = p->path[p->count - 1].motion;
     gear->first_count = p->split;
     if (!model->motions[gear->axis[0]].rotation)
-        return complain(p, "the first wheel of 'between' turns; a rack is the second one");
+        return KMP_COMPLAIN(p, p->map, "the first wheel of 'between' turns; a rack is the second one");
     gear->form = model->motions[gear->axis[1]].rotation ? KMP_GEAR_PARALLEL : KMP_GEAR_RACK;
     closure->terms = KMP_ARENA_NEW(&p->r->model->arena, kmp_term, p->count);
     for (int k = 0; closure->terms && k < p->count; k++)
@@ -232,8 +225,8 @@ static bool check_carrier(const pair *p)
     const kempe_model *model = p->r->model;
     if (body < 0 || first_welded(model, body) == first_welded(model, p->gear->carrier))
         return body >= 0;
-    return kmp_reader_complain(p->r, node->place, "%s: the axes of both wheels rest in '%s', not in '%s'", p->what,
-                               model->bodies[p->gear->carrier].name, model->bodies[body].name);
+    return KMP_COMPLAIN(p, node, "the axes of both wheels rest in '%s', not in '%s'",
+                        model->bodies[p->gear->carrier].name, model->bodies[body].name);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
@@ -291,11 +284,12 @@ static bool read_sizes(const pair *p)
     const bool teeth = kmp_yaml_get(p->map, "teeth"), radius = kmp_yaml_get(p->map, "radius");
     const bool worm = p->gear->form == KMP_GEAR_WORM, rack = p->gear->form == KMP_GEAR_RACK;
     if (worm && radius)
-        return complain(p, "a worm and its wheel are given by starts, teeth, and module or lead_angle, without radius");
+        return KMP_COMPLAIN(
+            p, p->map, "a worm and its wheel are given by starts, teeth, and module or lead_angle, without radius");
     if (teeth == radius)
-        return complain(p, "exactly one of the keys teeth, radius is expected");
+        return KMP_COMPLAIN(p, p->map, "exactly one of the keys teeth, radius is expected");
     if (teeth && rack && !kmp_yaml_get(p->map, "module"))
-        return complain(p, "the wheel of a rack is given by radius, or by teeth and module");
+        return KMP_COMPLAIN(p, p->map, "the wheel of a rack is given by radius, or by teeth and module");
     if (worm && !read_count(p, kmp_yaml_get(p->map, "starts"), "starts", &p->gear->teeth[0]))
         return false;
     return read_of_wheels(p, teeth ? "teeth" : "radius", worm || rack ? 1 : 2, teeth ? read_teeth_of : read_radius_of,
@@ -319,8 +313,7 @@ static bool check_keys(const pair *p)
     for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
         const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
         if (node && !(row[k].forms >> p->gear->form & 1))
-            good = kmp_reader_complain(p->r, node->place, "%s: %s have no %s", p->what, form_words[p->gear->form],
-                                       row[k].key);
+            good = KMP_COMPLAIN(p, node, "%s have no %s", form_words[p->gear->form], row[k].key);
     }
     return good;
 }
@@ -393,14 +386,12 @@ static bool read_play(const pair *p)
     const kmp_yaml *loss = kmp_yaml_get(p->map, "efficiency"), *friction = kmp_yaml_get(p->map, "friction");
     p->gear->rigid = !stiffness && !backlash;
     if (!p->gear->rigid && (loss || friction))
-        return kmp_reader_complain(
-            p->r, (loss ? loss : friction)->place,
-            "%s: losses are for teeth that are always in contact, without stiffness and backlash", p->what);
+        return KMP_COMPLAIN(p, (loss ? loss : friction),
+                            "losses are for teeth that are always in contact, without stiffness and backlash");
     if (damping && !stiffness)
-        return kmp_reader_complain(p->r, damping->place, "%s: damping belongs to stiffness", p->what);
+        return KMP_COMPLAIN(p, damping, "damping belongs to stiffness");
     if (restitution && (stiffness || !backlash))
-        return kmp_reader_complain(p->r, restitution->place,
-                                   "%s: restitution belongs to backlash of rigid teeth, without stiffness", p->what);
+        return KMP_COMPLAIN(p, restitution, "restitution belongs to backlash of rigid teeth, without stiffness");
     return true;
 }
 
@@ -434,15 +425,15 @@ static bool finish_parallel(const pair *p)
     gear->ring = !gear->internal ? -1 : size_of(p, 1) > size_of(p, 0);
     gear->sense = same == gear->internal ? 1 : -1;
     if (gear->internal && size_of(p, 0) == size_of(p, 1))
-        return complain(p, "the ring of an internal pair is larger than the wheel in it");
+        return KMP_COMPLAIN(p, p->map, "the ring of an internal pair is larger than the wheel in it");
     if (distance <= SAME_AXIS * p->length)
-        return complain(p, "both wheels turn about the same axis");
+        return KMP_COMPLAIN(p, p->map, "both wheels turn about the same axis");
     if (!kmp_gear_has(gear, KMP_GEAR_MODULE))
         return true;
     const double sum = gear->internal ? fabs(size_of(p, 1) - size_of(p, 0)) : size_of(p, 0) + size_of(p, 1);
     const double wanted = gear->number[KMP_GEAR_MODULE].value * sum / (2 * cos(gear->number[KMP_GEAR_HELIX].value));
     if (gear->teeth[0] == 0)
-        return complain(p, "module belongs to teeth; with radius it has no meaning");
+        return KMP_COMPLAIN(p, p->map, "module belongs to teeth; with radius it has no meaning");
     if (fabs(distance - wanted) > SAME_DISTANCE * distance)
         kmp_log(p->r->context, KEMPE_LOG_WARNING,
                 "%s: teeth and module give axes %.9g mm apart, and they are %.9g mm apart: the pressure angle belongs "
@@ -457,11 +448,12 @@ static bool finish_rack(const pair *p)
     double c[3], moved[3];
     const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
     if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
-        return complain(p, "the rack does not move across the axis of the wheel");
+        return KMP_COMPLAIN(p, p->map, "the rack does not move across the axis of the wheel");
     if (distance <= SAME_AXIS * p->length)
-        return complain(p,
-                        "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
-                        "of its teeth, such as on its pitch line");
+        return KMP_COMPLAIN(
+            p, p->map,
+            "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
+            "of its teeth, such as on its pitch line");
     kmp_cross3(p->a[0], c, moved);
     gear->sense = kmp_dot(3, moved, p->a[1]) > 0 ? 1 : -1;
     return true;
@@ -488,21 +480,20 @@ static bool finish_bevel(const pair *p)
     (void)lines_apart(p, along);
     for (int k = 0; k < 2; k++) {
         if (fabs(along[k]) <= SAME_AXIS * p->length)
-            return kmp_reader_complain(
-                p->r, p->map->place,
-                "%s: the axes of bevel gears meet at the point of '%s': give a point in the middle of its teeth, as "
-                "BODY.POINT",
-                p->what, wheel_name(p, k));
+            return KMP_COMPLAIN(p, p->map,
+                                "the axes of bevel gears meet at the point of '%s': give a point in the middle of its "
+                                "teeth, as BODY.POINT",
+                                wheel_name(p, k));
         gear->outwards[k] = along[k] > 0 ? -1 : 1;
     }
     gear->sense = -gear->outwards[0] * gear->outwards[1];
     const double cosine = -gear->sense * kmp_dot(3, p->a[0], p->a[1]);
     for (int k = 0; k < 2; k++)
         if (size_of(p, !k) + size_of(p, k) * cosine <= SAME_AXIS * size_of(p, k))
-            return kmp_reader_complain(p->r, p->map->place,
-                                       "%s: the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g "
-                                       "deg; give points where they are nearer, or other teeth",
-                                       p->what, wheel_name(p, k), acos(cosine) * 45 / atan(1));
+            return KMP_COMPLAIN(p, p->map,
+                                "the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g deg; give "
+                                "points where they are nearer, or other teeth",
+                                wheel_name(p, k), acos(cosine) * 45 / atan(1));
     return true;
 }
 
@@ -513,14 +504,13 @@ static bool finish_worm(const pair *p)
     double c[3], n[3];
     const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
     if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
-        return complain(p, "the axes of a worm and its wheel cross at a right angle");
+        return KMP_COMPLAIN(p, p->map, "the axes of a worm and its wheel cross at a right angle");
     if (module == lead)
-        return complain(p, "exactly one of the keys module, lead_angle is expected for a worm");
+        return KMP_COMPLAIN(p, p->map, "exactly one of the keys module, lead_angle is expected for a worm");
     if (module && gear->number[KMP_GEAR_MODULE].value * gear->teeth[1] / 2 >= distance)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: the pitch radius of the wheel, %.6g mm, is not less than the distance of the "
-                                   "axes, %.6g mm",
-                                   p->what, 500 * gear->number[KMP_GEAR_MODULE].value * gear->teeth[1], 1e3 * distance);
+        return KMP_COMPLAIN(
+            p, p->map, "the pitch radius of the wheel, %.6g mm, is not less than the distance of the axes, %.6g mm",
+            500 * gear->number[KMP_GEAR_MODULE].value * gear->teeth[1], 1e3 * distance);
     kmp_cross3(p->a[0], p->a[1], n);
     gear->sense = (kmp_dot(3, n, c) > 0) != gear->left ? 1 : -1;
     return true;
@@ -536,11 +526,10 @@ static bool find_form(const pair *p)
     const double apart = lines_apart(p, along);
     p->gear->form = apart <= SAME_AXIS * p->length ? KMP_GEAR_BEVEL : KMP_GEAR_WORM;
     if (p->gear->form == KMP_GEAR_WORM && !starts)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that "
-            "meet, and a worm has the key starts",
-            p->what, wheel_name(p, 0), wheel_name(p, 1), 1e3 * apart);
+        return KMP_COMPLAIN(p, p->map,
+                            "the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that meet, "
+                            "and a worm has the key starts",
+                            wheel_name(p, 0), wheel_name(p, 1), 1e3 * apart);
     return true;
 }
 

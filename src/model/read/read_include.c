@@ -278,12 +278,12 @@ bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp
     if (includes(r, before.file, again->place.file))
         return true;
     if (before.file == again->place.file)
-        kmp_reader_complain(r, again->place, "%s: '%s' is given twice", what, again->text);
+        kmp_complain_of(r, again, what, "'%s' is given twice", again->text);
     else
-        kmp_reader_complain(r, again->place,
-                            "%s: '%s' is given twice, also in %s:%d, and neither file includes the other: give it in a "
-                            "file that includes both",
-                            what, again->text, r->model->source.files[before.file], before.line);
+        kmp_complain_of(r, again, what,
+                        "'%s' is given twice, also in %s:%d, and neither file includes the other: give it in a file "
+                        "that includes both",
+                        again->text, r->model->source.files[before.file], before.line);
     return false;
 }
 

@@ -140,9 +140,8 @@ static bool read_between(const reading *s, const kmp_yaml *node, const char *key
     static const char *const none[] = {"at", "axis"};
     for (int k = 0; k < 2; k++)
         if (kmp_yaml_get(s->map, none[k]))
-            return kmp_reader_complain(s->r, kmp_yaml_get(s->map, none[k])->place,
-                                       "%s: a %s between two places has no '%s'; give its length in place of them",
-                                       s->what, key, none[k]);
+            return KMP_COMPLAIN(s, kmp_yaml_get(s->map, none[k]),
+                                "a %s between two places has no '%s'; give its length in place of them", key, none[k]);
     kmp_number(*end)[3] = kmp_read_list(s->r, node, say_key(s, key), 2) ? read_places(s, node, key) : NULL;
     kmp_number sum = {.value = 0}, way[3];
     if (!end)
@@ -209,7 +208,7 @@ static bool read_line(const reading *s, const kmp_yaml *node)
         (radius && !read_positive(s, radius, "radius", &s->shape->radius)))
         return false;
     if (node->count < 2)
-        return kmp_reader_complain(s->r, node->place, "%s: a line needs two places or more", s->what);
+        return KMP_COMPLAIN(s, node, "a line needs two places or more");
     s->shape->through = (const kmp_number(*)[3])read_places(s, node, "line");
     s->shape->through_count = node->count;
     return s->shape->through;
@@ -228,7 +227,7 @@ static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const c
     kmp_text why = {0};
     bool good = text && kmp_mesh_read(arena, own, text, length, mesh, &why);
     if (text && !good && why.length > 0)
-        kmp_reader_complain(r, node->place, "%s: '%s': %s", s->what, path, why.s);
+        kmp_complain_of(r, node, s->what, "'%s': %s", path, why.s);
     r->scratch.failed = r->scratch.failed || why.failed;
     kmp_text_free(&why);
     kmp_free(text);
@@ -264,7 +263,7 @@ static bool check_keys(const reading *s)
         if (!kmp_text_behind_word("density mass hole colour opacity", key->text) &&
             !kmp_text_behind_word(more, key->text) && strcmp(key->text, kind) != 0 &&
             kmp_name_find(kmp_key_names(shape_keys), key->text) >= 0)
-            good = kmp_reader_complain(s->r, key->place, "%s: a %s has no '%s'", s->what, kind, key->text);
+            good = KMP_COMPLAIN(s, key, "a %s has no '%s'", kind, key->text);
     }
     return good;
 }
@@ -278,13 +277,13 @@ static void read_matter(const reading *s)
     const kmp_yaml *given = density ? density : mass, *hole = kmp_yaml_get(s->map, "hole");
     s->shape->hole = kmp_is_word(hole, "yes");
     if (hole && !s->shape->hole)
-        kmp_reader_complain(r, hole->place, "%s: a hole is written 'hole: yes'", s->what);
+        kmp_complain_of(r, hole, s->what, "a hole is written 'hole: yes'");
     if (density && mass)
         kmp_reader_complain(r, mass->place, "%s has a density, which gives its mass: remove one of the two", s->what);
     else if (given && s->owner->origin)
-        kmp_reader_complain(r, given->place, "%s: the ground has no mass", s->what);
+        kmp_complain_of(r, given, s->what, "the ground has no mass");
     else if (density && s->shape->kind == KMP_SHAPE_LINE)
-        kmp_reader_complain(r, density->place, "%s: a line has no volume; give its mass, or cylinders", s->what);
+        kmp_complain_of(r, density, s->what, "a line has no volume; give its mass, or cylinders");
     else if (given && read_positive(s, given, density ? "density" : "mass", &s->shape->matter))
         s->shape->heavy = true;
     s->shape->by_density = density;
@@ -294,7 +293,7 @@ static void read_matter(const reading *s)
         const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
         bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
         if (!good && why.length > 0)
-            kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
+            KMP_COMPLAIN(s, node, "'%s' gives no mass: %s", s->shape->mesh->path, why.s);
         if (good && s->shape->enclosed.inward)
             kmp_log(s->r->context, KEMPE_LOG_WARNING,
                     "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
@@ -315,7 +314,7 @@ static void read_looks(const reading *s)
     s->shape->colour = -1;
     s->shape->opacity = 1;
     if (colour && colour->empty) {
-        kmp_reader_complain(r, colour->place, "%s: a colour is a name, or \"#rrggbb\" in quotes", s->what);
+        kmp_complain_of(r, colour, s->what, "a colour is a name, or \"#rrggbb\" in quotes");
     } else if (colour && kmp_read_word(r, colour, say_key(s, "colour"))) {
         s->shape->colour = kmp_colour_find(colour->text);
         kmp_nearest nearest = kmp_nearest_of(colour->text, kmp_colour_names);

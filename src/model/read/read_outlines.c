@@ -88,13 +88,12 @@ static bool read_corners(reading *c, int least)
     if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: %s", c->what, key), least == 2 ? 2 : -1))
         return false;
     if (c->node->count < least)
-        return kmp_reader_complain(c->r, c->node->place, "%s: a polygon has three corners or more", c->what);
+        return KMP_COMPLAIN(c, c->node, "a polygon has three corners or more");
     for (int k = 0; k < c->node->count; k++) {
         if (!read_place(c, c->node->items[k], key, place))
             return false;
         if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return kmp_reader_complain(c->r, c->node->items[k]->place, "%s: corner %d is at the place of corner %d",
-                                       c->what, k + 1, k);
+            return KMP_COMPLAIN(c, c->node->items[k], "corner %d is at the place of corner %d", k + 1, k);
         if (k > 0)
             add_line(c, before, place);
         else
@@ -114,10 +113,9 @@ static bool read_polygon(reading *c)
         return false;
     for (int k = 0; k < c->edge_count; k++)
         area += c->edges[k].from[0] * c->edges[k].to[1] - c->edges[k].from[1] * c->edges[k].to[0];
-    return area > 0 || kmp_reader_complain(c->r, c->node->place,
-                                           "%s: the corners go clockwise: write them counter-clockwise, and "
-                                           "'hollow: yes' for a hole",
-                                           c->what);
+    return area > 0 ||
+           KMP_COMPLAIN(c, c->node,
+                        "the corners go clockwise: write them counter-clockwise, and 'hollow: yes' for a hole");
 }
 
 static bool read_segment(reading *c)
@@ -132,8 +130,7 @@ static bool read_rectangle(reading *c)
     if (!read_place(c, c->node, "rectangle", size) || !read_at(c, at))
         return false;
     if (!(size[0] > 0 && size[1] > 0))
-        return kmp_reader_complain(c->r, c->node->place, "%s: the sides %.6g m and %.6g m must be positive", c->what,
-                                   size[0], size[1]);
+        return KMP_COMPLAIN(c, c->node, "the sides %.6g m and %.6g m must be positive", size[0], size[1]);
     for (int k = 0; k < 4; k++) {
         corner[k][0] = at[0] + (k == 1 || k == 2 ? 0.5 : -0.5) * size[0];
         corner[k][1] = at[1] + (k >= 2 ? 0.5 : -0.5) * size[1];
@@ -182,7 +179,7 @@ static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2],
     if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
         return false;
     if (!arc_through(from, through, to, centre, &turn))
-        return kmp_reader_complain(c->r, map->place, "%s: the places of this arc are on a straight line", c->what);
+        return KMP_COMPLAIN(c, map, "the places of this arc are on a straight line");
     add_arc(c, from, to, centre, turn);
     return true;
 }
@@ -207,15 +204,13 @@ static bool read_path(reading *c)
     if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: path", c->what), -1))
         return false;
     if (c->node->count < 2 || c->node->items[0]->kind == KMP_YAML_MAP)
-        return kmp_reader_complain(c->r, c->node->place, "%s: a path has two corners or more, and begins with a corner",
-                                   c->what);
+        return KMP_COMPLAIN(c, c->node, "a path has two corners or more, and begins with a corner");
     for (int k = 0; k < c->node->count; k++) {
         const kmp_yaml *node = c->node->items[k];
         if (node->kind == KMP_YAML_MAP ? !read_path_arc(c, node, before, place) : !read_place(c, node, "path", place))
             return false;
         if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return kmp_reader_complain(c->r, node->place, "%s: corner %d is at the place of corner %d", c->what, k + 1,
-                                       k);
+            return KMP_COMPLAIN(c, node, "corner %d is at the place of corner %d", k + 1, k);
         if (k == 0)
             memcpy(first, place, sizeof first);
         else if (node->kind != KMP_YAML_MAP)
@@ -245,9 +240,8 @@ static bool check_keys(const reading *c)
     const int shape = (int)c->outline->shape;
     for (int k = 0; k < 8; k++)
         if (kmp_yaml_get(c->map, keys[k]) && !kmp_text_behind_word(kmp_outline_more[shape], keys[k]))
-            return kmp_reader_complain(c->r, kmp_yaml_get(c->map, keys[k])->place,
-                                       "%s: the key '%s' does not belong to a '%s'", c->what, keys[k],
-                                       kmp_outline_words[shape]);
+            return KMP_COMPLAIN(c, kmp_yaml_get(c->map, keys[k]), "the key '%s' does not belong to a '%s'", keys[k],
+                                kmp_outline_words[shape]);
     return true;
 }
 
@@ -303,16 +297,15 @@ static void read_outline(reading *c, int shape)
         reverse(c);
     if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong)) {
         if (wrong >= 0)
-            kmp_reader_complain(c->r, c->map->place,
-                                "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
-                                "%.6g m",
-                                c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
-                                c->edges[wrong].to[1], c->outline->round);
+            KMP_COMPLAIN(c, c->map,
+                         "the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius %.6g m",
+                         c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0], c->edges[wrong].to[1],
+                         c->outline->round);
         return;
     }
     if (kmp_outline_crosses(c->outline, place))
-        kmp_reader_complain(c->r, c->node->place, "%s: it crosses itself at (%.6g, %.6g) m%s", c->what, place[0],
-                            place[1], c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
+        KMP_COMPLAIN(c, c->node, "it crosses itself at (%.6g, %.6g) m%s", place[0], place[1],
+                     c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
 }
 
 void kmp_read_outlines(kmp_reader *r)

@@ -211,10 +211,9 @@ static void check_port(kmp_reader *r, port_kind kind, const kmp_yaml *to, const 
     case PORT_KINDS:
     default:
         if (!is_variable(r, to))
-            kmp_reader_complain(
-                r, to->place,
-                "%s: '%s' is not an input, a state, a named expression or a parameter: give a name of one", what,
-                to->text);
+            kmp_complain_of(r, to, what,
+                            "'%s' is not an input, a state, a named expression or a parameter: give a name of one",
+                            to->text);
     }
 }
 

@@ -283,10 +283,10 @@ static const kmp_expr *read_named(kmp_reader *r, const kmp_yaml *node, const cha
     if (closure < 0 && body >= 0)
         return size_of_joint(r, node->place, body, what);
     if (closure < 0)
-        kmp_reader_complain(r, node->place, "%s: unknown loop or joint '%s'", what, name);
+        kmp_complain_of(r, node, what, "unknown loop or joint '%s'", name);
     else if (kmp_closure_row_of(&model->closures[closure])->pressing == 0)
-        kmp_reader_complain(r, node->place, "%s: the reaction of a %s has no size that presses surfaces together", what,
-                            kmp_closure_word(&model->closures[closure]));
+        kmp_complain_of(r, node, what, "the reaction of a %s has no size that presses surfaces together",
+                        kmp_closure_word(&model->closures[closure]));
     else
         return size_of(r, closure, 1);
     return NULL;

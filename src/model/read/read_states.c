@@ -159,9 +159,8 @@ static int count_pid(kmp_reader *r, block *b)
     int own = has(b, "integral") + has(b, "filter");
     b->direct = !b->sampled;
     if (own == 0 && !b->sampled)
-        kmp_reader_complain(
-            r, b->map->place,
-            "%s: a controller has an integral, or a derivative with a filter; write it as an expression", b->what);
+        kmp_complain_of(r, b->map, b->what,
+                        "a controller has an integral, or a derivative with a filter; write it as an expression");
     return b->sampled + own > 0 ? b->sampled + own : 1;
 }
 
@@ -173,17 +172,16 @@ static const char *suffix_of_pid(const block *b, int state)
 static bool check_pid(kmp_reader *r, const block *b)
 {
     if (has(b, "derivative") && has(b, "filter") == has(b, "slope"))
-        return kmp_reader_complain(
-            r, b->map->place, "%s: a derivative has the time 'filter', or the rate of the input as 'slope'", b->what);
+        return kmp_complain_of(r, b->map, b->what,
+                               "a derivative has the time 'filter', or the rate of the input as 'slope'");
     if (b->sampled && has(b, "start") && !has(b, "integral"))
-        return kmp_reader_complain(
-            r, kmp_yaml_get(b->map, "start")->place,
-            "%s: 'start' is where the integral begins, and this controller has none: leave it out", b->what);
+        return kmp_complain_of(r, kmp_yaml_get(b->map, "start"), b->what,
+                               "'start' is where the integral begins, and this controller has none: leave it out");
     if (!has(b, "derivative") && (has(b, "filter") || has(b, "slope")))
-        return kmp_reader_complain(r, b->map->place, "%s: 'filter' and 'slope' belong to a derivative", b->what);
+        return kmp_complain_of(r, b->map, b->what, "'filter' and 'slope' belong to a derivative");
     if (has(b, "limits") && has(b, "integral") && !has(b, "tracking") && !has(b, "proportional"))
-        return kmp_reader_complain(
-            r, b->map->place, "%s: limits of a controller with only an integral need the time 'tracking'", b->what);
+        return kmp_complain_of(r, b->map, b->what,
+                               "limits of a controller with only an integral need the time 'tracking'");
     return true;
 }
 
@@ -358,10 +356,9 @@ static void read_transfer(kmp_reader *r, block *b)
     if (!f.u || !f.a || !f.b)
         return;
     if (f.order < 1 || f.zeros > f.order + 1 || f.a[0].value == 0) {
-        kmp_reader_complain(r, b->map->place,
-                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
-                            "1, with a leading coefficient that is not zero",
-                            b->what);
+        kmp_complain_of(r, b->map, b->what,
+                        "the denominator of a transfer function has at least the degree of its numerator, and 1, with "
+                        "a leading coefficient that is not zero");
         return;
     }
     int held = b->sampled; /* the state that holds the output comes before the others */
@@ -420,8 +417,7 @@ static int count_delay(kmp_reader *r, block *b)
     if (!period)
         add_signal(r, b);
     if (before && (period || kmp_yaml_get(b->map, "start")))
-        kmp_reader_complain(r, before->place, "%s: 'before' and '%s' exclude each other", b->what,
-                            period ? "sample" : "start");
+        kmp_complain_of(r, before, b->what, "'before' and '%s' exclude each other", period ? "sample" : "start");
     if (!node || !period || !kmp_read_fixed(r, node, of_key(r, b, "time"), KMP_DIM_TIME, &time) ||
         !kmp_read_fixed(r, period, of_key(r, b, "sample"), KMP_DIM_TIME, &sample))
         return 1;
@@ -610,8 +606,7 @@ static void add_block(kmp_reader *r, const kmp_section *s)
         const char *key = b->map->keys[k]->text;
         bool own = strcmp(key, b->kind->key) == 0 || kmp_text_behind_word("start scale", key);
         if (!own && !kmp_text_behind_word(b->kind->keys, key))
-            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is not a key of a state with '%s'", b->what, key,
-                                b->kind->key);
+            kmp_complain_of(r, b->map->keys[k], b->what, "'%s' is not a key of a state with '%s'", key, b->kind->key);
     }
     b->sampled = b->kind && kmp_yaml_get(b->map, "sample");
     b->count = b->kind ? b->kind->count(r, b) : 1;

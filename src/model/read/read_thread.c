@@ -104,10 +104,10 @@ void kmp_read_thread(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_f
     const kmp_body *body = &r->model->bodies[motion->body];
     thread t = {.r = r, .map = map, .what = what};
     if (!motion->rotation) {
-        kmp_reader_complain(r, map->place,
-                            "%s: '%s' is the displacement of a screw; the friction of its thread acts on the rotation: "
-                            "joint: %s",
-                            what, motion->name, r->model->motions[force->motion + 1].name);
+        kmp_complain_of(
+            r, map, what,
+            "'%s' is the displacement of a screw; the friction of its thread acts on the rotation: joint: %s",
+            motion->name, r->model->motions[force->motion + 1].name);
         return;
     }
     if (!read_geometry(&t, body, force))

@@ -672,8 +672,7 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, 
         return false;
     int body = r->model->points[read[0]].body;
     if (body == r->model->points[read[1]].body)
-        return kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what,
-                                   r->model->bodies[body].name);
+        return kmp_complain_of(r, node, what, "both points are on body '%s'", r->model->bodies[body].name);
     memcpy(point, read, sizeof read);
     return true;
 }
@@ -737,9 +736,8 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     if (node->kind != KMP_YAML_LIST) {
         if (node->kind == KMP_YAML_SCALAR && read_letter_axis(node->text, axis))
             return true;
-        return kmp_reader_complain(r, node->place,
-                                   "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
-                                   node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
+        return kmp_complain_of(r, node, what, "an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s",
+                               node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
     }
     if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
         return false;
@@ -749,7 +747,7 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (normalise(axis))
         return true;
-    return kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);
+    return kmp_complain_of(r, node, what, "the axis has no direction: all its components are zero");
 }
 
 /* -- orientations -------------------------------------------------------------------------------- */
@@ -806,8 +804,7 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
     double axis[2][3] = {{0}};
     int number[2] = {0};
     if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2)
-        return kmp_reader_complain(r, node->place,
-                                   "%s: axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}", what);
+        return kmp_complain_of(r, node, what, "axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}");
     if (!kmp_read_map(r, node, what, axes_keys))
         return false;
     for (int k = 0; k < node->count; k++) {
@@ -822,5 +819,5 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (kmp_square_axes(number[0], axis[0], number[1], axis[1], m))
         return true;
-    return kmp_reader_complain(r, node->place, "%s: the two axes have the same direction", what);
+    return kmp_complain_of(r, node, what, "the two axes have the same direction");
 }

@@ -24,6 +24,15 @@ bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...
     return false;
 }
 
+bool kmp_complain_of(kmp_reader *r, const kmp_yaml *at, const char *what, const char *format, ...)
+{
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "%s: ", what);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
+    say(r, at->place, &sentence);
+    return false;
+}
+
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
 {
     kmp_text sentence = {0};

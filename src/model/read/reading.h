@@ -97,6 +97,12 @@ typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_
 /** Returns false: a function that has no result ends with `return kmp_reader_complain(..)`. */
 bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
+/** The same of a node, about what is read: "WHAT: <sentence>". The macro takes both of an object with `r` and `what`.
+ */
+bool kmp_complain_of(kmp_reader *r, const kmp_yaml *at, const char *what, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+#define KMP_COMPLAIN(of, at, ...) kmp_complain_of((of)->r, (at), (of)->what, __VA_ARGS__)
+
 /** Reports "<sentence>; did you mean ...?" with the suggestion of `nearest`. */
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
     __attribute__((format(printf, 4, 5)));

@@ -377,10 +377,10 @@ static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_
     const char *what = kmp_reader_say(r, "point '%s.%s'", s->name, point->name);
     kmp_number x;
     if (!station) {
-        kmp_reader_complain(r, node->place,
-                            "%s: body '%s' is in segments: give the station instead of x, such as {station: 0, "
-                            "offset: [0, 0, 0]}",
-                            what, s->name);
+        kmp_complain_of(
+            r, node, what,
+            "body '%s' is in segments: give the station instead of x, such as {station: 0, offset: [0, 0, 0]}",
+            s->name);
         return;
     }
     if (offset && !kmp_read_vector(r, offset, what, KMP_DIM_LENGTH, point->at))

@@ -47,8 +47,8 @@ static void read_road(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     road->along = road->normal == 0 ? 1 : 0;
     good = kmp_read_word_of(r, map, what, "along", kmp_axis_letters, &road->along) && good;
     if (along && road->along == road->normal)
-        good = kmp_reader_complain(r, map->place, "%s: its height cannot change along %s, its normal", what,
-                                   kmp_name_at(kmp_axis_letters, road->normal));
+        good = kmp_complain_of(r, map, what, "its height cannot change along %s, its normal",
+                               kmp_name_at(kmp_axis_letters, road->normal));
     road->friction = (kmp_number){.value = 1};
     if (!friction)
         road->friction.symbol = ++r->model->symbol_count;
@@ -85,11 +85,10 @@ static bool read_places(const reading *t)
     t->tyre->point = point;
     const kmp_body *body = &r->model->bodies[r->model->points[point].body];
     if (body == r->model->bodies)
-        return kmp_reader_complain(
-            r, at->place, "%s: a tyre is at a point of a body that rotates with it, not of the ground", t->what);
+        return kmp_complain_of(r, at, t->what,
+                               "a tyre is at a point of a body that rotates with it, not of the ground");
     return !body->flexible ||
-           kmp_reader_complain(r, at->place, "%s: a tyre is at a point of a rigid body, and '%s' is flexible", t->what,
-                               body->name);
+           kmp_complain_of(r, at, t->what, "a tyre is at a point of a rigid body, and '%s' is flexible", body->name);
 }
 
 /* Once for each file. */
@@ -140,8 +139,8 @@ static bool check_keys(const reading *t)
         const char *key = brush ? of_file[k] : of_brush[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, key);
         if (node)
-            good = kmp_reader_complain(t->r, node->place, "%s: the key '%s' belongs to %s", t->what, key,
-                                       brush ? "a tyre with a file" : "'model: brush'");
+            good = KMP_COMPLAIN(t, node, "the key '%s' belongs to %s", key,
+                                brush ? "a tyre with a file" : "'model: brush'");
     }
     static const char *const needed[] = {"radius", "vertical_stiffness", "friction", "tread_stiffness", "half_length"};
     for (int k = 0; brush && k < 5; k++)
@@ -179,10 +178,9 @@ static bool read_numbers(const reading *t)
                 kmp_read_ruled(t->r, node, name, kmp_key_dimension(tyre_keys, field->key), field->rule, number) && good;
     }
     if (good && !(tyre->vertical_stiffness.value > 0))
-        good = kmp_reader_complain(
-            t->r, t->map->place, "%s: the file has no positive VERTICAL_STIFFNESS: give 'vertical_stiffness'", t->what);
+        good = KMP_COMPLAIN(t, t->map, "the file has no positive VERTICAL_STIFFNESS: give 'vertical_stiffness'");
     if (good && !(tyre->low_speed.value > 0))
-        good = kmp_reader_complain(t->r, t->map->place, "%s: VXLOW is not positive: give 'low_speed'", t->what);
+        good = KMP_COMPLAIN(t, t->map, "VXLOW is not positive: give 'low_speed'");
     tyre->has_longitudinal_relaxation = kmp_yaml_get(t->map, "longitudinal_relaxation");
     tyre->has_lateral_relaxation = kmp_yaml_get(t->map, "lateral_relaxation");
     return good;
@@ -197,17 +195,15 @@ static bool read_mode(const reading *t, bool *transient)
         return false;
     const int number = mode >= 0 && mode < 100 ? (int)mode : -1, forces = number % 10;
     if (number != mode || forces > 4 || number >= 20)
-        return kmp_reader_complain(t->r, node ? node->place : t->map->place,
-                                   "%s: the mode is 0 to 4, or 10 to 14 with transient slip, not %g%s", t->what, mode,
-                                   forces == 5 ? "; turn slip is not known" : "");
+        return KMP_COMPLAIN(t, node ? node : t->map, "the mode is 0 to 4, or 10 to 14 with transient slip, not %g%s",
+                            mode, forces == 5 ? "; turn slip is not known" : "");
     kmp_tyre *tyre = t->tyre;
     tyre->along = forces == 1 || forces >= 3;
     tyre->across = forces >= 2;
     tyre->combined = forces == 4;
     int choice = number >= 10;
     if (tyre->form == KMP_TYRE_BRUSH && forces != 0 && forces != 4)
-        return kmp_reader_complain(t->r, node ? node->place : t->map->place,
-                                   "%s: a brush model has the modes 0, 4, 10 and 14", t->what);
+        return KMP_COMPLAIN(t, node ? node : t->map, "a brush model has the modes 0, 4, 10 and 14");
     if (!kmp_read_word_of(t->r, t->map, t->what, "transient", kmp_no_or_yes, &choice))
         return false;
     *transient = choice > 0;
@@ -219,10 +215,9 @@ static bool check_relaxation(const reading *t)
     const kmp_tyre *tyre = t->tyre;
     const bool x = tyre->has_longitudinal_relaxation || (tyre->tir && tyre->tir[KMP_TIR_PTX1] != 0);
     const bool y = tyre->has_lateral_relaxation || (tyre->tir && tyre->tir[KMP_TIR_PTY1] != 0);
-    return (x && y) || kmp_reader_complain(
-                           t->r, t->map->place, "%s: transient slip needs '%s'%s", t->what,
-                           x ? "lateral_relaxation" : "longitudinal_relaxation",
-                           tyre->tir ? (x ? ", because the file has no PTY1" : ", because the file has no PTX1") : "");
+    return (x && y) ||
+           KMP_COMPLAIN(t, t->map, "transient slip needs '%s'%s", x ? "lateral_relaxation" : "longitudinal_relaxation",
+                        tyre->tir ? (x ? ", because the file has no PTY1" : ", because the file has no PTX1") : "");
 }
 
 static void add_states(const reading *t)
