@@ -82,11 +82,6 @@ static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, 
         add_entry(r, key, "contacts", "flank", kmp_reader_say(r, "%s_%s", key->text, flank), entry, contacts);
 }
 
-static bool has_play(const kmp_yaml *gear)
-{
-    return kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
-}
-
 void kmp_read_gear_losses(kmp_reader *r)
 {
     const kmp_yaml *gears = kmp_yaml_get(r->root, "gears");
@@ -94,7 +89,8 @@ void kmp_read_gear_losses(kmp_reader *r)
     kmp_yaml *root = NULL, *forces = NULL, *contacts = NULL;
     for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++) {
         const kmp_yaml *gear = gears->items[k];
-        const bool loses = gear && efficiency_words(r, gear, words), plays = gear && has_play(gear);
+        const bool loses = gear && efficiency_words(r, gear, words),
+                   plays = kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
         if (!root && (loses || plays))
             root = kmp_yaml_copy(&r->scratch, r->root);
         if (root && loses && !forces)

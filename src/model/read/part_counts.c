@@ -96,14 +96,6 @@ static bool value_first(needed *n)
     return n->known[0];
 }
 
-static bool note_decisive(kmp_reader *r, const kmp_yaml *node)
-{
-    if (!KMP_ARENA_GROW(&r->scratch, r->decisive, r->decisive_count))
-        return false;
-    r->decisive[r->decisive_count++] = node;
-    return true;
-}
-
 static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
 {
     const kmp_yaml *parameters = kmp_yaml_get(r->root, "parameters");
@@ -120,7 +112,11 @@ static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, do
     if (!value_first(&n))
         return kmp_complain_of(r, node, what, "the parameters in '%s' depend on each other in a cycle", node->text);
     *value = n.values[0];
-    return isfinite(*value) ? note_decisive(r, node) : kmp_complain_of(r, node, what, "'%s' is not finite", node->text);
+    if (!isfinite(*value))
+        return kmp_complain_of(r, node, what, "'%s' is not finite", node->text);
+    if (KMP_ARENA_GROW(&r->scratch, r->decisive, r->decisive_count))
+        r->decisive[r->decisive_count++] = node;
+    return !r->scratch.failed;
 }
 
 int kmp_read_repeat(kmp_reader *r, const kmp_yaml *node)

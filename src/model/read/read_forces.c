@@ -457,12 +457,6 @@ static bool read_rope(const element *e, const kmp_yaml *list)
     return true;
 }
 
-/* Length to this power in the dimension of an entry, times a force: N/m, N or N m per m or rad. */
-static int length_power(int entry)
-{
-    return entry / KMP_BUSHING_SIZE / 3 + entry % KMP_BUSHING_SIZE / 3 - 1;
-}
-
 /* Six rows of six numbers. */
 static bool read_square(const element *e, const kmp_yaml *node, kmp_bushing_kind kind, kmp_number *to)
 {
@@ -472,7 +466,8 @@ static bool read_square(const element *e, const kmp_yaml *node, kmp_bushing_kind
         good = kmp_read_list(e->r, node->items[i], kmp_reader_say(e->r, "row %d of %s", i + 1, what), KMP_BUSHING_SIZE);
     for (int k = 0, all = good ? KMP_BUSHING_SIZE * KMP_BUSHING_SIZE : 0; k < all; k++) {
         const char *of = kmp_reader_say(e->r, "entry %s of %s", kmp_bushing_entries[k], what);
-        kmp_dimension unit = kmp_dimension_times(KMP_DIM_FORCE, KMP_DIM_LENGTH, length_power(k));
+        const int length = k / KMP_BUSHING_SIZE / 3 + k % KMP_BUSHING_SIZE / 3 - 1; /* N/m, N or N m per m or rad */
+        kmp_dimension unit = kmp_dimension_times(KMP_DIM_FORCE, KMP_DIM_LENGTH, length);
         unit = kmp_dimension_times(unit, KMP_DIM_TIME, kind == KMP_BUSHING_DAMPING);
         good =
             kmp_read_number(e->r, node->items[k / KMP_BUSHING_SIZE]->items[k % KMP_BUSHING_SIZE], of, unit, &to[k]) &&

@@ -160,15 +160,6 @@ static bool is_one_axis(const pair *p, int from, int to)
     return one;
 }
 
-/* Number of joints of the first wheel, at the only place where the axis changes; 0: there is none. */
-static int find_split(const pair *p)
-{
-    for (int k = 1; k < p->count; k++)
-        if (is_one_axis(p, 0, k) && is_one_axis(p, k, p->count))
-            return k;
-    return 0;
-}
-
 static void put_term(const pair *p, int k, int side, kmp_term *term)
 {
     const passed *at = &p->path[k];
@@ -182,7 +173,8 @@ static bool find_axes(pair *p, kmp_closure *closure)
 {
     kmp_gear *gear = p->gear;
     const kempe_model *model = p->r->model;
-    p->split = find_split(p);
+    for (int k = p->count - 1; k > 0; k--) /* the first place where the axis changes */
+        p->split = is_one_axis(p, 0, k) && is_one_axis(p, k, p->count) ? k : p->split;
     if (p->split == 0)
         return KMP_COMPLAIN(p, p->map,
                             "no body carries both axes: joints from '%s' turn about one line up to a body, and on to "

@@ -580,12 +580,6 @@ static bool are_stops(kmp_reader *r, const kmp_yaml *node)
     return word < 0 ? kmp_context_has_limits(r->context) : word == 1;
 }
 
-/* The name of a file: of one that Kempe brings as it is, of others in the folder of the including file. */
-static const char *path_of(kmp_reader *r, int parent, const char *word)
-{
-    return kmp_is_element(word) ? word : kmp_path_beside(r, parent, word);
-}
-
 /* The parameters of a copy, with its number. */
 static const kmp_yaml *with_number(kmp_reader *r, const kmp_yaml *root, int copy)
 {
@@ -604,7 +598,7 @@ static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const 
     const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
-    const char *path = word ? path_of(r, parent, word) : NULL;
+    const char *path = !word || kmp_is_element(word) ? word : kmp_path_beside(r, parent, word);
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
     if (copy > 0)

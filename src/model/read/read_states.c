@@ -430,14 +430,6 @@ static int count_delay(kmp_reader *r, block *b)
     return good ? (int)whole + 1 : 1;
 }
 
-/* a + 0 u, with u itself, whose node may be a condition. */
-static const kmp_expr *add_none_of(kmp_reader *r, const kmp_expr *a, const kmp_expr *u)
-{
-    static const kmp_expr zero = {.kind = KMP_EXPR_NUMBER};
-    const kmp_expr *none = make(r, (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u});
-    return none ? make(r, (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none}) : NULL;
-}
-
 static void read_continuous(kmp_reader *r, block *b)
 {
     const kmp_yaml *node = kmp_yaml_get(b->map, "time"), *before = kmp_yaml_get(b->map, "before");
@@ -458,7 +450,8 @@ static void read_continuous(kmp_reader *r, block *b)
     kmp_local_put(&locals, "y", block_state(r, b, 0));
     kmp_local_put(&locals, "time", block_number(r, &state->delay));
     const kmp_expr *follows = u ? block_formula(r, "(w - y)/time", &locals) : NULL;
-    b->rate[0] = follows ? add_none_of(r, follows, u) : NULL;
+    const kmp_expr *none = make(r, (kmp_expr){.kind = KMP_EXPR_MUL, .a = zero(r), .b = u}); /* u may be a condition */
+    b->rate[0] = follows && none ? make(r, (kmp_expr){.kind = KMP_EXPR_ADD, .a = follows, .b = none}) : NULL;
 }
 
 static void read_delay(kmp_reader *r, block *b)

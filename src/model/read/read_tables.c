@@ -258,15 +258,6 @@ bool kmp_points_increase(const kmp_points *p, const char *places, const char *on
 
 /* -- one variable ------------------------------------------------------------------------------------ */
 
-static kmp_table_method read_method(kmp_reader *r, const kmp_yaml *node, const char *what, bool periodic)
-{
-    static const char *const methods[] = {"spline", "linear", "monotone"};
-    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is") : 0;
-    if (word == 2)
-        return periodic ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_MONOTONE;
-    return word == 1 ? KMP_TABLE_LINEAR : periodic ? KMP_TABLE_PERIODIC : KMP_TABLE_CUBIC;
-}
-
 /* The first and the last point of a periodic table are one, but for its rise. */
 static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
 {
@@ -288,12 +279,9 @@ static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, k
 static void read_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "periodic");
-    if (!node || (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "no") == 0))
-        return;
-    table->periodic = true;
-    if (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "yes") == 0)
-        return;
-    (void)kmp_read_fixed(r, node, kmp_reader_say(r, "periodic of %s", what), KMP_DIM_ANY, &table->rise);
+    table->periodic = node && !kmp_is_word(node, "no");
+    if (table->periodic && !kmp_is_word(node, "yes"))
+        (void)kmp_read_fixed(r, node, kmp_reader_say(r, "periodic of %s", what), KMP_DIM_ANY, &table->rise);
 }
 
 /* True if the points have an extreme value at an end of piece k, which a curve may pass beyond the piece's points. */
@@ -407,11 +395,14 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
         return;
     table->of_two = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "z");
     read_period(r, map, p.what, table);
-    const kmp_yaml *node = kmp_yaml_get(map, "outside");
-    static const char *const words[] = {"linear", "hold", "error"};
-    int word = node ? kmp_read_choice(r, node, p.what, KMP_NAMES_OF(words), "outside is") : -1;
-    table->outside = (kmp_outside)(word + 1);
-    kmp_table_method method = read_method(r, kmp_yaml_get(map, "method"), p.what, table->periodic);
+    static const char *const words[] = {"linear", "hold", "error"}, *const methods[] = {"spline", "linear", "monotone"};
+    table->outside =
+        (kmp_outside)(1 + kmp_read_choice_of(r, map, "outside", p.what, KMP_NAMES_OF(words), "outside is", -1));
+    const int word = kmp_read_choice_of(r, map, "method", p.what, KMP_NAMES_OF(methods), "the method is", 0);
+    const kmp_table_method method = word == 1         ? KMP_TABLE_LINEAR
+                                    : table->periodic ? word == 2 ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_PERIODIC
+                                    : word == 2       ? KMP_TABLE_MONOTONE
+                                                      : KMP_TABLE_CUBIC;
     if (table->of_two && (table->periodic || method == KMP_TABLE_MONOTONE)) {
         kmp_complain_of(r, map, p.what, "a table of two variables is not %s",
                         table->periodic ? "periodic" : "monotone");

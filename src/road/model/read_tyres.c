@@ -220,15 +220,6 @@ static bool check_relaxation(const reading *t)
                         tyre->tir ? (x ? ", because the file has no PTY1" : ", because the file has no PTX1") : "");
 }
 
-static void add_states(const reading *t)
-{
-    static const char *const slips[] = {"kappa", "alpha"};
-    t->tyre->state = t->r->model->state_count;
-    for (int k = 0; k < 2; k++)
-        kmp_reader_add_state(t->r, kmp_arena_printf(&t->r->model->arena, "%s.%s", t->tyre->name, slips[k]),
-                             t->tyre->place);
-}
-
 /* The form of its equations is said, because implementations of the Magic Formula differ. */
 static void say_form(const reading *t)
 {
@@ -243,7 +234,8 @@ static void say_form(const reading *t)
 
 static void read_tyre(reading *t)
 {
-    static const char *const sides[] = {"left", "right"}, *const angles[] = {"angle", "tangent"};
+    static const char *const sides[] = {"left", "right"}, *const angles[] = {"angle", "tangent"},
+                             *const slips[] = {"kappa", "alpha"};
     kmp_tyre *tyre = t->tyre;
     bool transient = false;
     if (!kmp_read_map(t->r, t->map, t->what, tyre_keys))
@@ -261,7 +253,9 @@ static void read_tyre(reading *t)
     if (transient && good)
         good = check_relaxation(t);
     if (transient && good)
-        add_states(t);
+        tyre->state = t->r->model->state_count;
+    for (int k = 0; k < 2 && transient && good; k++)
+        kmp_reader_add_state(t->r, kmp_arena_printf(&t->r->model->arena, "%s.%s", tyre->name, slips[k]), tyre->place);
     if (good)
         say_form(t);
 }
@@ -285,19 +279,13 @@ void kmp_read_tyres(kmp_reader *r)
     }
 }
 
-/* The height of a road, read once more. */
-static const kmp_expr *height_of(kmp_reader *r, int road)
-{
-    const kmp_section s = kmp_read_section(r, "roads", "road");
-    const kmp_yaml *height = s.map && road < s.map->count ? kmp_yaml_get(s.map->items[road], "height") : NULL;
-    return height ? read_height(r, height, kmp_reader_say(r, "road '%s'", r->model->roads[road].name)) : NULL;
-}
-
 void kmp_add_tyre_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
+    const kmp_yaml *roads = kmp_yaml_get(r->root, "roads");
     for (int k = 0; k < model->tyre_count; k++) {
         kmp_tyre *tyre = &model->tyres[k];
+        const kmp_road *road = &model->roads[tyre->road];
         if (kmp_name_find(KMP_NAMED(model, force), tyre->name) >= 0)
             kmp_reader_complain(r, tyre->place,
                                 "a tyre cannot have the name '%s' of a force: its own has the name of the tyre",
@@ -305,7 +293,8 @@ void kmp_add_tyre_forces(kmp_reader *r)
         tyre->force = model->force_count++;
         kmp_force *force = &model->forces[tyre->force];
         *force = (kmp_force){.name = tyre->name, .kind = KMP_FORCE_TYRE, .place = tyre->place, .motion = -1, .tyre = k};
-        if (tyre->point >= 0 && model->roads[tyre->road].height)
-            force->vector[0] = height_of(r, tyre->road);
+        if (tyre->point >= 0 && road->height) /* read once more */
+            force->vector[0] = read_height(r, kmp_yaml_get(roads->items[tyre->road], "height"),
+                                           kmp_reader_say(r, "road '%s'", road->name));
     }
 }

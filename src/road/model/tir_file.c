@@ -81,12 +81,6 @@ static void complain(source *s, const char *format, ...)
     s->good = KMP_COMPLAIN(s, &at, "%s", kmp_reader_take(s->r, &sentence));
 }
 
-static void lower(char *text)
-{
-    for (; *text; text++)
-        *text = (char)tolower((unsigned char)*text);
-}
-
 static bool is_equal(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++)
@@ -97,7 +91,8 @@ static bool is_equal(const char *a, const char *b)
 
 static void read_unit(source *s, const char *key, char *word)
 {
-    lower(word);
+    for (char *c = word; *c; c++)
+        *c = (char)tolower((unsigned char)*c);
     for (size_t k = 0; k < sizeof units / sizeof *units; k++)
         if (is_equal(key, unit_keys[units[k].key]) && kmp_text_behind_word(units[k].words, word)) {
             s->unit[units[k].key] = units[k].si;
