@@ -81,36 +81,53 @@ static bool arc_through(const double a[2], const double b[2], const double c[2],
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
 
-static bool read_corners(reading *c, int least)
+static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2], double to[2])
 {
-    double first[2], before[2], place[2];
-    const char *key = kmp_outline_words[c->outline->shape];
-    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: %s", c->what, key), least == 2 ? 2 : -1))
+    double through[2], centre[2], turn;
+    if (!kmp_read_map(c->r, map, kmp_reader_say(c->r, "%s: an arc", c->what), arc_keys))
         return false;
-    if (c->node->count < least)
-        return KMP_COMPLAIN(c, c->node, "a polygon has three corners or more");
+    const kmp_yaml *end = kmp_read_required(c->r, map, c->what, "arc");
+    const kmp_yaml *middle = kmp_read_required(c->r, map, c->what, "through");
+    if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
+        return false;
+    if (!arc_through(from, through, to, centre, &turn))
+        return KMP_COMPLAIN(c, map, "the places of this arc are on a straight line");
+    add_arc(c, from, to, centre, turn);
+    return true;
+}
+
+/* Corners with lines between them, and of a path with arcs; the first corner and the last one. */
+static bool read_chain(reading *c, double first[2], double last[2])
+{
+    double place[2];
     for (int k = 0; k < c->node->count; k++) {
-        if (!read_place(c, c->node->items[k], key, place))
+        const kmp_yaml *node = c->node->items[k];
+        const bool arc = c->outline->shape == KMP_OUTLINE_PATH && node->kind == KMP_YAML_MAP;
+        if (arc ? !read_path_arc(c, node, last, place)
+                : !read_place(c, node, kmp_outline_words[c->outline->shape], place))
             return false;
-        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return KMP_COMPLAIN(c, c->node->items[k], "corner %d is at the place of corner %d", k + 1, k);
-        if (k > 0)
-            add_line(c, before, place);
-        else
-            memcpy(first, place, sizeof first);
-        memcpy(before, place, sizeof before);
+        if (k > 0 && hypot(place[0] - last[0], place[1] - last[1]) == 0)
+            return KMP_COMPLAIN(c, node, "corner %d is at the place of corner %d", k + 1, k);
+        if (k == 0)
+            memcpy(first, place, sizeof place);
+        else if (!arc)
+            add_line(c, last, place);
+        memcpy(last, place, sizeof place);
     }
-    if (least > 2)
-        add_line(c, before, first);
     return true;
 }
 
 static bool read_polygon(reading *c)
 {
-    double area = 0;
+    double area = 0, first[2], last[2];
     c->outline->closed = true;
-    if (!read_corners(c, 3))
+    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: polygon", c->what), -1))
         return false;
+    if (c->node->count < 3)
+        return KMP_COMPLAIN(c, c->node, "a polygon has three corners or more");
+    if (!read_chain(c, first, last))
+        return false;
+    add_line(c, last, first);
     for (int k = 0; k < c->edge_count; k++)
         area += c->edges[k].from[0] * c->edges[k].to[1] - c->edges[k].from[1] * c->edges[k].to[0];
     return area > 0 ||
@@ -120,7 +137,8 @@ static bool read_polygon(reading *c)
 
 static bool read_segment(reading *c)
 {
-    return read_corners(c, 2);
+    double first[2], last[2];
+    return kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: segment", c->what), 2) && read_chain(c, first, last);
 }
 
 static bool read_rectangle(reading *c)
@@ -169,21 +187,6 @@ static bool read_slot(reading *c)
     return true;
 }
 
-static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2], double to[2])
-{
-    double through[2], centre[2], turn;
-    if (!kmp_read_map(c->r, map, kmp_reader_say(c->r, "%s: an arc", c->what), arc_keys))
-        return false;
-    const kmp_yaml *end = kmp_read_required(c->r, map, c->what, "arc");
-    const kmp_yaml *middle = kmp_read_required(c->r, map, c->what, "through");
-    if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
-        return false;
-    if (!arc_through(from, through, to, centre, &turn))
-        return KMP_COMPLAIN(c, map, "the places of this arc are on a straight line");
-    add_arc(c, from, to, centre, turn);
-    return true;
-}
-
 /* The key `closed`: a line to the beginning, or to the beginning of the next copy. */
 static bool close_path(reading *c, const double first[2], const double last[2])
 {
@@ -200,24 +203,12 @@ static bool close_path(reading *c, const double first[2], const double last[2])
 
 static bool read_path(reading *c)
 {
-    double first[2] = {0}, before[2] = {0}, place[2];
+    double first[2] = {0}, last[2] = {0};
     if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: path", c->what), -1))
         return false;
     if (c->node->count < 2 || c->node->items[0]->kind == KMP_YAML_MAP)
         return KMP_COMPLAIN(c, c->node, "a path has two corners or more, and begins with a corner");
-    for (int k = 0; k < c->node->count; k++) {
-        const kmp_yaml *node = c->node->items[k];
-        if (node->kind == KMP_YAML_MAP ? !read_path_arc(c, node, before, place) : !read_place(c, node, "path", place))
-            return false;
-        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return KMP_COMPLAIN(c, node, "corner %d is at the place of corner %d", k + 1, k);
-        if (k == 0)
-            memcpy(first, place, sizeof first);
-        else if (node->kind != KMP_YAML_MAP)
-            add_line(c, before, place);
-        memcpy(before, place, sizeof before);
-    }
-    return close_path(c, first, before);
+    return read_chain(c, first, last) && close_path(c, first, last);
 }
 
 /* Cams are curves, without edges. */

@@ -18,14 +18,10 @@ typedef enum port_kind {
     PORT_KINDS
 } port_kind;
 
-static const char *const kinds[] =
-    {
-#define KMP_PORT_KIND(word, meaning) #word,
-#include "model/read/port_kinds.def"
-#undef KMP_PORT_KIND
-},
-                         *const meanings[] = {
-#define KMP_PORT_KIND(word, meaning) meaning,
+static const struct {
+    const char *word, *meaning;
+} kinds[] = {
+#define KMP_PORT_KIND(word, meaning) {#word, meaning},
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
 };
@@ -153,7 +149,7 @@ static bool take_bound(kmp_reader *r, const kmp_yaml *node, kmp_include_instance
         const kmp_yaml *to = kmp_yaml_get(given, name);
         if (!to)
             good = kmp_reader_complain(r, (given ? given : node)->place, "%s is not given: it is %s", what,
-                                       meanings[kmp_name_find(KMP_NAMES_OF(kinds), x->ports->items[k]->text)]);
+                                       kinds[kmp_name_find(KMP_NAMES_OF(kinds), x->ports->items[k]->text)].meaning);
         x->bound[k] = to ? one_of(r, what, to, copy, copies) : NULL;
         good = x->bound[k] && good;
     }
