@@ -161,3 +161,12 @@ void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size)
         memcpy(grown, list, (size_t)count * size);
     return grown;
 }
+
+bool kmp_arena_grow(kmp_arena *arena, void *list, int count, size_t size)
+{
+    void *room;
+    memcpy(&room, list, sizeof room);
+    if ((room = kmp_arena_room(arena, room, count, size)))
+        memcpy(list, &room, sizeof room);
+    return room;
+}

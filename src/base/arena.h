@@ -47,6 +47,10 @@ size_t kmp_arena_shape(const kmp_arena *arena);
  * copy of twice the size. NULL without memory. */
 void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);
 
+/** The same for the pointer `list` at an address, which then points to the room. False: no memory, the list stays. */
+#define KMP_ARENA_GROW(arena, list, count) kmp_arena_grow((arena), &(list), (count), sizeof *(list))
+bool kmp_arena_grow(kmp_arena *arena, void *list, int count, size_t size);
+
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
 /** n values for each of some pointers to a type. */

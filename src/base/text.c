@@ -2,6 +2,7 @@
 /* Growing text, and numbers as text in both directions, independent of the locale. */
 #include "base/text.h"
 #include "base/memory.h"
+#include <ctype.h>
 #include <kempe/kempe.h>
 #include <locale.h>
 #include <math.h>
@@ -368,6 +369,20 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
         count += length > 0;
     }
     return count;
+}
+
+static bool is_of_word(char c)
+{
+    return isalnum((unsigned char)c) || c == '_' || (unsigned char)c >= 0x80;
+}
+
+const char *kmp_text_behind_word(const char *text, const char *word)
+{
+    const size_t length = strlen(word);
+    for (const char *at = strstr(text, word); at; at = strstr(at + 1, word))
+        if ((at == text || !is_of_word(at[-1])) && !is_of_word(at[length]))
+            return at + length;
+    return NULL;
 }
 
 char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)

@@ -58,6 +58,10 @@ size_t kmp_text_to_number(const char *s, double *value);
  * of words; 0 when there is no memory. */
 int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
+/** Behind the first place where a text has a word: letters, digits and _ of it are next to no others. NULL: it has not.
+ */
+const char *kmp_text_behind_word(const char *text, const char *word);
+
 /** A string in an arena; NULL without memory. */
 char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

@@ -15,7 +15,7 @@ typedef struct kmp_wing {
     const struct kmp_document_wing *documents;  /* model files of other programs (model/files/document.h) */
     const struct kmp_modal_format *bodies;      /* files of flexible bodies (model/flexible/modal_file.h) */
     const struct kmp_reader_wing *reader;       /* sections of a model file (model/read/reading.h) */
-    const struct kmp_writer_wing *writer;       /* sections of a model that is printed (model/write/model_print.h) */
+    const struct kmp_writer_wing *writer;       /* one without a section ends them (model/write/model_print.h) */
     const struct kmp_closure_of_wing *closures; /* one without parts ends them (constraints/kinds/kind.h) */
     const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */

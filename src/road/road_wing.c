@@ -19,7 +19,7 @@ static const kmp_reader_wing reader = {sections, read_sections};
 const kmp_wing kmp_wing_road = {
     .name = "road",
     .reader = &reader,
-    .writer = &kmp_tyre_writer,
+    .writer = kmp_tyre_writer,
     .laws = kmp_tyre_laws,
     .outputs = kmp_tyre_outputs,
 };

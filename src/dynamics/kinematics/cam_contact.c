@@ -6,15 +6,12 @@
  * df/ds, is the distance. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support
  * function h. */
 #include "dynamics/kinematics/cam_contact.h"
-#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include <math.h>
-
-#define HALF_TURN 3.14159265358979323846
 
 /* -- laws as expressions ------------------------------------------------------------------------------------ */
 
@@ -81,7 +78,7 @@ static void path_at(kmp_graph *g, const kmp_cam_follower *follower, kmp_ref x, k
     const kmp_cam *cam = follower->outline->cam;
     if (kmp_cam_is_exact(cam, follower)) {
         const kmp_ref turned = kmp_binary(g, KMP_OP_ATAN2, y, kmp_neg(x));
-        const kmp_ref angle = kmp_add(g, turned, kmp_const(g, HALF_TURN));
+        const kmp_ref angle = kmp_add(g, turned, kmp_const(g, KMP_TURN / 2));
         p[0] = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
         p[1] = kmp_neg(lift_at(g, cam, 1, angle));
         p[2] = lift_at(g, cam, 2, angle);
@@ -151,7 +148,7 @@ static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, km
     /* x axis of f: the place is f[0] of it and f[1] of the axis across */
     const kmp_ref ex = kmp_div(g, kmp_add(g, kmp_mul(g, f[0], c->x), kmp_mul(g, f[1], c->y)), square);
     const kmp_ref ey = kmp_div(g, kmp_sub(g, kmp_mul(g, f[0], c->y), kmp_mul(g, f[1], c->x)), square);
-    const kmp_ref angle = kmp_add(g, kmp_binary(g, KMP_OP_ATAN2, ey, kmp_neg(ex)), kmp_const(g, HALF_TURN));
+    const kmp_ref angle = kmp_add(g, kmp_binary(g, KMP_OP_ATAN2, ey, kmp_neg(ex)), kmp_const(g, KMP_TURN / 2));
     const kmp_ref s = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
     const kmp_ref s1 = kmp_neg(lift_at(g, cam, 1, angle)), s2 = lift_at(g, cam, 2, angle);
     kmp_ref f1[2], f2[2];

@@ -9,7 +9,6 @@
 #include "dynamics/kinematics/deformation.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
 
 static kmp_ref coordinate(const kmp_tree *tree, const kmp_flexible *f, int k, bool rate)
 {

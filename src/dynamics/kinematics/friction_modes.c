@@ -3,7 +3,6 @@
  * (rate, level, place, reserve, distance) is a condition of one role, kmp_role, so that decisions read numbers and know
  * no laws. Slip of two directions is judged by its rate, or by the direction of its acceleration where it begins. */
 #include "dynamics/kinematics/friction_modes.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"

@@ -12,7 +12,6 @@
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 

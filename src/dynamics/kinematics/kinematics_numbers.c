@@ -16,10 +16,8 @@
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
-#include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* -- measures ---------------------------------------------------------------------------------------- */
 

@@ -14,12 +14,11 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/outline.h"
+#include "model/language/dimension.h"
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
-
-#define TURN 6.28318530717958647692
 
 /* Conditions of a part. */
 enum { PART_STANDS, PART_PASSES, PART_LEAVES_CORNER /* at the beginning; 1 more at the end */ };
@@ -71,12 +70,12 @@ static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool 
     const complex_ref turned = times(g, power_of(g, unit, n), back);
     const kmp_ref right = stands(tree, part, fold, turned.im, KMP_OUTLINE_FOLD_LAG, "nearest copy");
     *before = right;
-    const kmp_ref quarter = kmp_const(g, TURN / 4), one = kmp_const(g, 1.0 / n);
+    const kmp_ref quarter = kmp_const(g, KMP_TURN / 4), one = kmp_const(g, 1.0 / n);
     const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
     const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned.re, kmp_neg(turned.im)), quarter);
     kmp_ref angle = kmp_mul(g, one, kmp_select(g, right, right_angle, left_angle));
     if (second) {
-        const kmp_ref step = kmp_const(g, TURN / n);
+        const kmp_ref step = kmp_const(g, KMP_TURN / n);
         angle = kmp_add(g, angle, kmp_select(g, right, step, kmp_neg(step)));
     }
     angle = kmp_add(g, angle, kmp_const(g, fold->middle));
@@ -345,8 +344,8 @@ static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, cons
     const kmp_ref around = kmp_mul(g, reach, kmp_binary(g, KMP_OP_ATAN2, left, out));
     const kmp_ref begins = kmp_add(g, number_of(g, &rows, COLUMN_WAY, index),
                                    kmp_mul(g, radius, number_of(g, &rows, COLUMN_ANGLE, index)));
-    if (rows.angle > TURN * (1 - KMP_WRITTEN_DIGITS)) /* all round a closed shape */
-        *turn = kmp_add(g, kmp_const(g, rows.length / TURN), radius);
+    if (rows.angle > KMP_TURN * (1 - KMP_WRITTEN_DIGITS)) /* all round a closed shape */
+        *turn = kmp_add(g, kmp_const(g, rows.length / KMP_TURN), radius);
     return kmp_add(g, kmp_add(g, product_sum(g, nx, y, kmp_neg(ny), x), around), begins);
 }
 
@@ -458,7 +457,7 @@ kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, con
         return kmp_sub(g, passed, rolled);
     const kmp_ref r = kmp_const(g, piece->radius);
     const kmp_ref reach = piece->turn < 0 ? kmp_sub(g, radius, r) : kmp_add(g, radius, r);
-    if (fabs(piece->turn) >= TURN)
+    if (fabs(piece->turn) >= KMP_TURN)
         *turn = reach;
     return kmp_sub(g, kmp_mul(g, reach, passed), rolled);
 }

@@ -4,11 +4,11 @@
 #include "model/data/cam.h"
 #include "base/memory.h"
 #include "model/data/outline.h"
+#include "model/language/dimension.h"
 #include <math.h>
 #include <string.h>
 
-#define PI   3.14159265358979323846
-#define TURN 6.28318530717958647692
+#define PI (KMP_TURN / 2)
 
 /* Places round a cam: the spline between them differs from the path by the fourth power of their distance. */
 enum { PLACES = 2048 };
@@ -35,7 +35,7 @@ const char *const kmp_cam_law_words[KMP_CAM_LAWS] = {
 
 static const kmp_cam_piece linear[] = {{.to = 1, .power = {0, 1}}};
 static const kmp_cam_piece harmonic[] = {{.to = 1, .power = {0.5}, .size = -0.5, .rate = PI, .phase = PI / 2}};
-static const kmp_cam_piece cycloidal[] = {{.to = 1, .power = {0, 1}, .size = -1 / TURN, .rate = TURN}};
+static const kmp_cam_piece cycloidal[] = {{.to = 1, .power = {0, 1}, .size = -1 / KMP_TURN, .rate = KMP_TURN}};
 static const kmp_cam_piece polynomial_345[] = {{.to = 1, .power = {0, 0, 0, 10, -15, 6}}};
 static const kmp_cam_piece polynomial_4567[] = {{.to = 1, .power = {0, 0, 0, 0, 35, -84, 70, -20}}};
 static const kmp_cam_piece modified_sine[] = {
@@ -98,8 +98,8 @@ void kmp_cam_free(kmp_cam *cam)
 /* From 0 to less than a turn. */
 static double within_turn(double angle)
 {
-    const double rest = angle - TURN * floor(angle / TURN);
-    return rest < TURN ? rest : 0;
+    const double rest = angle - KMP_TURN * floor(angle / KMP_TURN);
+    return rest < KMP_TURN ? rest : 0;
 }
 
 double kmp_cam_lift(const kmp_cam *cam, int derivative, double angle)
@@ -195,7 +195,7 @@ static curve_place place_at(const kmp_cam *cam, double part)
                 c[d][i] = kmp_table_value(cam->place[i], d, x->x[0] + (part - floor(part)) * length);
         return place_by((const double(*)[2])c);
     }
-    const double angle = TURN * part;
+    const double angle = KMP_TURN * part;
     for (int d = 0; d < 3; d++)
         if (cam->table)
             r[d] = kmp_table_value(cam->table, d, cam->table->x[0] + within_turn(angle - cam->table->x[0]));
@@ -217,8 +217,8 @@ void kmp_outline_place(const kmp_outline *outline, int k, int count, double plac
     const kmp_cam *cam = outline->cam;
     if (!cam) {
         const kmp_piece *circle = &outline->pieces[0];
-        place[0] = circle->centre[0] + circle->radius * cos(TURN * k / count);
-        place[1] = circle->centre[1] + circle->radius * sin(TURN * k / count);
+        place[0] = circle->centre[0] + circle->radius * cos(KMP_TURN * k / count);
+        place[1] = circle->centre[1] + circle->radius * sin(KMP_TURN * k / count);
         return;
     }
     const curve_place at = place_at(cam, (double)k / count);
@@ -252,7 +252,7 @@ static void path_place(const kmp_cam *cam, const kmp_cam_follower *follower, dou
 /* The angle less a turn or more, so that it is less than half a turn from another one. */
 static double near_to(double angle, double other)
 {
-    return angle - TURN * floor((angle - other + PI) / TURN);
+    return angle - KMP_TURN * floor((angle - other + PI) / KMP_TURN);
 }
 
 kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower)

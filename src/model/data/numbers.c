@@ -57,13 +57,6 @@ static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *
         visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
 }
 
-static void visit_gear(walk *w, const char *name, const kmp_gear *gear)
-{
-    for (int k = 0; k < KMP_GEAR_NUMBERS; k++)
-        if (kmp_gear_has(gear, (kmp_gear_number)k))
-            visit(w, name, kmp_gear_number_keys[k], 1, &gear->number[k]);
-}
-
 static void visit_rope(walk *w, const kmp_rope *rope)
 {
     for (int k = 0; k < rope->count; k++)
@@ -110,9 +103,10 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
     }
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
-    for (int k = 0; k < model->closure_count; k++)
-        if (model->closures[k].gear)
-            visit_gear(&w, model->closures[k].name, model->closures[k].gear);
+    for (const kmp_closure *c = model->closures; c < model->closures + model->closure_count; c++)
+        for (int k = 0; c->gear && k < KMP_GEAR_NUMBERS; k++)
+            if (kmp_gear_has(c->gear, (kmp_gear_number)k))
+                visit(&w, c->name, kmp_gear_number_keys[k], 1, &c->gear->number[k]);
     for (int k = 0; k < model->rope_count; k++)
         visit_rope(&w, &model->ropes[k]);
     for (int k = 0; k < model->force_count; k++) {

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/outline.h"
 #include "constraints/tolerances.h"
+#include "model/language/dimension.h"
 #include <math.h>
 #include <stddef.h>
-
-#define TURN 6.28318530717958647692
 
 const char *const kmp_outline_words[KMP_OUTLINE_SHAPES] = {
 #define KMP_OUTLINE(kind, word, keys) #word,
@@ -55,7 +54,7 @@ static corner corner_of(const kmp_outline_edge *edge, const kmp_outline_edge *ne
     tangent_of(edge, true, c.in);
     if (!next) {
         c.joint = KMP_OUTLINE_CONVEX;
-        c.turn = TURN / 2;
+        c.turn = KMP_TURN / 2;
         return c;
     }
     tangent_of(next, false, c.out);
@@ -111,8 +110,8 @@ static kmp_piece corner_piece(const corner *c, const double place[2], double rad
 
 static bool make_pieces(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
 {
-    const double step = TURN / outline->copies;
-    const bool whole = count == 1 && edges[0].arc && fabs(edges[0].turn) >= TURN;
+    const double step = KMP_TURN / outline->copies;
+    const bool whole = count == 1 && edges[0].arc && fabs(edges[0].turn) >= KMP_TURN;
     double before = 0;
     outline->pieces = KMP_ARENA_NEW(arena, kmp_piece, 2 * count + 1);
     if (!outline->pieces)
@@ -130,7 +129,7 @@ static bool make_pieces(kmp_arena *arena, const kmp_outline_edge *edges, int cou
     if (outline->closed) {
         before = corner_of(&edges[count - 1], &next, outline->round).cut;
     } else {
-        corner begin = {.turn = TURN / 2};
+        corner begin = {.turn = KMP_TURN / 2};
         tangent_of(&edges[0], false, begin.in);
         begin.in[0] = -begin.in[0];
         begin.in[1] = -begin.in[1];
@@ -179,7 +178,7 @@ static bool is_behind(const kmp_piece *piece, const kmp_piece *other, double sla
 
 static bool is_convex(const kmp_piece *piece)
 {
-    return !piece->arc || (piece->turn >= 0 && piece->turn <= TURN / 2);
+    return !piece->arc || (piece->turn >= 0 && piece->turn <= KMP_TURN / 2);
 }
 
 /* Runs are as long as all their pieces are on the border of one convex shape. */
@@ -227,7 +226,7 @@ void kmp_piece_place(const kmp_piece *piece, double part, double place[2], doubl
 kmp_piece kmp_piece_copy(const kmp_outline *outline, int piece, int copy)
 {
     kmp_piece made = outline->pieces[piece];
-    const double angle = TURN * copy / outline->copies;
+    const double angle = KMP_TURN * copy / outline->copies;
     const kmp_piece *one = &outline->pieces[piece];
     turned(one->from, angle, made.from);
     turned(one->to, angle, made.to);
@@ -251,7 +250,7 @@ double kmp_piece_distance(const kmp_piece *piece, const double place[2])
     kmp_piece_tangent(piece, true, along);
     const double first = (place[0] - piece->from[0]) * before[0] + (place[1] - piece->from[1]) * before[1];
     const double last = (place[0] - piece->to[0]) * along[0] + (place[1] - piece->to[1]) * along[1];
-    const bool more = piece->arc && fabs(piece->turn) > TURN / 2;
+    const bool more = piece->arc && fabs(piece->turn) > KMP_TURN / 2;
     behind[0] = hypot(place[0] - piece->from[0], place[1] - piece->from[1]);
     behind[1] = hypot(place[0] - piece->to[0], place[1] - piece->to[1]);
     const bool within = more ? first >= 0 || last <= 0 : first >= 0 && last <= 0;

@@ -14,22 +14,17 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
-/* The numbers of a compliant contact; the last ones belong to a journal, z of a ball, film_x and
- * film_y of a film. A rigid contact of a journal
- * has some of them. */
-typedef struct pressing_row {
-    const char *word, *unit;
-} pressing_row;
+/* A value of an output of several. */
+typedef struct shown_value {
+    const char *word, *unit; /* unit NULL: of the row of the output */
+} shown_value;
 
-static const pressing_row pressing_numbers[] = {
+/* The numbers of a compliant contact; the last ones belong to a journal, z of a ball, film_x and film_y of a film. A
+ * rigid contact of a journal has some of them. */
+static const shown_value pressing_numbers[] = {
     {"normal", "N"}, {"friction", "N"},     {"depth", "m"}, {"rate", "m/s"}, {"slip", "m/s"}, {"x", "m"},
     {"y", "m"},      {"eccentricity", "m"}, {"z", "m"},     {"film_x", "N"}, {"film_y", "N"}};
 static const int rigid_numbers[] = {0, 5, 6, 7};
-
-static const pressing_row *pressing_number(const kmp_force *force, int k)
-{
-    return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
-}
 
 const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, int point)
 {
@@ -168,70 +163,70 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
     kmp_text_free_part(text, &argument);
 }
 
-/* The numbers of a contact, in their order. */
-static const struct {
-    const char *word, *unit;
-} contact_numbers[KMP_CONTACT_SHOWN] = {{"s", "m"},          {"y", "m"},           {"angle", "rad"}, {"N", "N"},
-                                        {"creep_along", ""}, {"creep_across", ""}, {"spin", "1/m"},  {"along", "N"},
-                                        {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
-                                        {"ellipse", ""}};
+/* Values of a wheel's contact, in their order; of a wheel on its rail, and of its place; of the contact of a tyre. */
+static const shown_value contact_values[KMP_CONTACT_SHOWN] = {
+    {"s", "m"},           {"y", "m"},      {"angle", "rad"}, {"N", "N"},      {"creep_along", ""},
+    {"creep_across", ""}, {"spin", "1/m"}, {"along", "N"},   {"across", "N"}, {"moment", "N m"},
+    {"a", "m"},           {"b", "m"},      {"ellipse", ""}};
+static const shown_value guidance_values[] = {{"Q", "N"}, {"Y", "N"}, {"YQ", ""}, {"wear", "N"}};
+static const shown_value pose_values[KMP_POSE_SHOWN] = {
+    {"out", "m"}, {"up", "m"}, {"axle_x", ""}, {"axle_y", ""}, {"axle_z", ""}};
+static const shown_value tyre_values[KMP_TYRE_SHOWN] = {{"kappa", ""}, {"alpha", "rad"}, {"gamma", "rad"},
+                                                        {"rho", "m"},  {"Re", "m"},      {"mu", ""}};
+static const shown_value loads[] = {{"N", "N"}, {"Vy", "N"}, {"Vz", "N"}, {"Mx", "N m"}, {"My", "N m"}, {"Mz", "N m"}};
+static const shown_value bearings[KMP_BEARING_VALUES] = {{"1.x", NULL}, {"1.y", NULL}, {"1.z", NULL},  {"2.x", NULL},
+                                                         {"2.y", NULL}, {"2.z", NULL}, {"axial", NULL}};
+static const shown_value axes[] = {{"x.x", NULL}, {"x.y", NULL}, {"x.z", NULL}, {"y.x", NULL}, {"y.y", NULL},
+                                   {"y.z", NULL}, {"z.x", NULL}, {"z.y", NULL}, {"z.z", NULL}};
+static const shown_value energies[] = {{"kinetic", NULL}, {"potential", NULL}, {"total", NULL}};
+static const shown_value components[] = {{"x", NULL},  {"y", NULL},  {"z", NULL},
+                                         {"mx", NULL}, {"my", NULL}, {"mz", NULL}};
 
-/* Outputs of a wheel on its rail. */
-static const char *const guidance_words[] = {"Q", "Y", "YQ", "wear"};
-static const char *const guidance_units[] = {"N", "N", "", "N"};
-
-/* Outputs of the place of a wheel. */
-static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
-
-/* Outputs of the contact of a tyre. */
-static const char *const tyre_words[KMP_TYRE_SHOWN] = {"kappa", "alpha", "gamma", "rho", "Re", "mu"};
-static const char *const tyre_units[KMP_TYRE_SHOWN] = {"", "rad", "rad", "m", "m", ""};
+/* Value k of an output of several; NULL: it has one. */
+static const shown_value *value_of(const kempe_model *model, const kmp_output *output, int k)
+{
+    static const shown_value *const values[KMP_OUTPUT_KINDS] = {[KMP_OUTPUT_ENERGY] = energies,
+                                                                [KMP_OUTPUT_SECTION] = loads,
+                                                                [KMP_OUTPUT_STRAINED] = loads + 3,
+                                                                [KMP_OUTPUT_BEARING] = bearings,
+                                                                [KMP_OUTPUT_AXES] = axes,
+                                                                [KMP_OUTPUT_CONTACT] = contact_values,
+                                                                [KMP_OUTPUT_GUIDANCE] = guidance_values,
+                                                                [KMP_OUTPUT_POSE] = pose_values,
+                                                                [KMP_OUTPUT_TYRE_CONTACT] = tyre_values};
+    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
+    if (values[output->kind])
+        return &values[output->kind][output->kind == KMP_OUTPUT_CONTACT ? k % KMP_CONTACT_SHOWN : k];
+    if (force && force->kind == KMP_FORCE_COMPLIANT)
+        return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
+    if (force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
+        return &pressing_numbers[rigid_numbers[k]];
+    return kmp_output_width(model, output) > 1 ? &components[k] : NULL;
+}
 
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
-    static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
-    static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
-    static const char *const loads[] = {"N", "Vy", "Vz", "Mx", "My", "Mz"};
-    static const char *const bearings[KMP_BEARING_VALUES] = {"1.x", "1.y", "1.z", "2.x", "2.y", "2.z", "axial"};
-    static const char *const energies[] = {"kinetic", "potential", "total"};
-    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
+    const shown_value *value = value_of(model, output, k);
     kmp_text argument = {0};
     bool any = put_argument(&argument, model, output, '.');
     kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
                     any && argument.s ? argument.s : "");
     kmp_text_free_part(text, &argument);
-    if (output->kind == KMP_OUTPUT_ENERGY)
-        kmp_text_printf(text, ".%s", energies[k]);
-    else if (output->kind == KMP_OUTPUT_SECTION || output->kind == KMP_OUTPUT_STRAINED)
-        kmp_text_printf(text, ".%s", loads[output->kind == KMP_OUTPUT_SECTION ? k : 3 + k]);
-    else if (output->kind == KMP_OUTPUT_BEARING)
-        kmp_text_printf(text, ".%s", bearings[k]);
-    else if (output->kind == KMP_OUTPUT_AXES)
-        kmp_text_printf(text, ".%s", axes[k]);
-    else if (output->kind == KMP_OUTPUT_CONTACT)
-        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
-    else if (output->kind == KMP_OUTPUT_GUIDANCE)
-        kmp_text_printf(text, ".%s", guidance_words[k]);
-    else if (output->kind == KMP_OUTPUT_POSE)
-        kmp_text_printf(text, ".%s", pose_words[k]);
-    else if (output->kind == KMP_OUTPUT_TYRE_CONTACT)
-        kmp_text_printf(text, ".%s", tyre_words[k]);
-    else if (force && force->kind == KMP_FORCE_COMPLIANT)
-        kmp_text_printf(text, ".%s", pressing_number(force, k)->word);
-    else if (force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
-        kmp_text_printf(text, ".%s", pressing_numbers[rigid_numbers[k]].word);
-    else if (kmp_output_width(model, output) > 1)
-        kmp_text_printf(text, ".%s", components[k]);
+    if (output->kind == KMP_OUTPUT_CONTACT)
+        kmp_text_printf(text, ".%d", k / KMP_CONTACT_SHOWN + 1);
+    if (value)
+        kmp_text_printf(text, ".%s", value->word);
 }
 
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
 {
+    const shown_value *value = value_of(model, output, k);
     if (output->kind == KMP_OUTPUT_FORCE) {
         /* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate.
          */
         const kmp_force *force = &model->forces[output->index];
         if (force->kind == KMP_FORCE_COMPLIANT)
-            return pressing_number(force, k)->unit;
+            return value->unit;
         if (force->kind == KMP_FORCE_TOUCH)
             return k > 0 ? "m" : force->turns ? "N m" : "N";
         bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
@@ -240,21 +235,11 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
                                        : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
         return torque ? "N m" : "N";
     }
-    if (output->kind == KMP_OUTPUT_SECTION)
-        return k < 3 ? "N" : "N m";
     if (output->kind == KMP_OUTPUT_GAP)
         return model->forces[output->index].turns ? "rad" : "m";
-    if (output->kind == KMP_OUTPUT_CONTACT)
-        return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
-    if (output->kind == KMP_OUTPUT_GUIDANCE)
-        return guidance_units[k];
-    if (output->kind == KMP_OUTPUT_TYRE_CONTACT)
-        return tyre_units[k];
-    if (output->kind == KMP_OUTPUT_POSE)
-        return k < 2 ? "m" : "";
     if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT) {
         static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
         return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];
     }
-    return kmp_output_rows[output->kind].unit;
+    return value && value->unit ? value->unit : kmp_output_rows[output->kind].unit;
 }

@@ -196,6 +196,17 @@ void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses
     place_all(model, &also, q, poses);
 }
 
+bool kmp_pose_at_zero(const kempe_model *model, kmp_arena *arena, kmp_pose_zero *at)
+{
+    const size_t n = (size_t)model->motion_count + 1;
+    *at = (kmp_pose_zero){KMP_ARENA_NEW(arena, double, n), KMP_ARENA_NEW(arena, kmp_pose, model->body_count),
+                          kmp_arena_alloc(arena, n, sizeof *at->axes), kmp_arena_alloc(arena, n, sizeof *at->places)};
+    if (!at->q || !at->poses || !at->axes || !at->places)
+        return false;
+    kmp_pose_motions(model, at->q, at->poses, at->axes, at->places);
+    return true;
+}
+
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose)
 {
     const kmp_point *at = &model->points[point];

@@ -2,6 +2,7 @@
 /* Positions of the bodies at given coordinates, as numbers: for pictures, and for the angle between two points. */
 #pragma once
 
+#include "base/arena.h"
 #include "model/data/flexible.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -31,6 +32,14 @@ void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts,
  * is before it. */
 void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
                       double (*places)[3]);
+
+/** The same with all coordinates zero, in an arena. */
+typedef struct kmp_pose_zero {
+    const double *q;
+    kmp_pose *poses;
+    double (*axes)[3], (*places)[3];
+} kmp_pose_zero;
+bool kmp_pose_at_zero(const kempe_model *model, kmp_arena *arena, kmp_pose_zero *at);
 
 /** A point with its axes, at the coordinates of the poses. */
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose);

@@ -5,7 +5,6 @@
  * (1988), appendix A. */
 #include "model/data/shape.h"
 #include "model/language/number_algebra.h"
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

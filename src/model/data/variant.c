@@ -72,14 +72,6 @@ static void copy_closures(kmp_variant *v)
     }
 }
 
-static void copy_ropes(kmp_variant *v)
-{
-    kempe_model *m = &v->model;
-    m->ropes = COPY(v, m->ropes, m->rope_count, 0);
-    for (int k = 0; m->ropes && k < m->rope_count; k++)
-        m->ropes[k].places = COPY(v, m->ropes[k].places, m->ropes[k].count, 0);
-}
-
 static void copy_numbers(kmp_variant *v, kmp_flexible *flexible)
 {
     kmp_number *numbers = flexible ? COPY(v, flexible->numbers, flexible->number_count, 0) : NULL;
@@ -322,7 +314,9 @@ static kempe_status new_variant(kempe_context *context, const kempe_model *model
     m->tyres = COPY(v, m->tyres, m->tyre_count, 0);
     m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
-    copy_ropes(v);
+    m->ropes = COPY(v, m->ropes, m->rope_count, 0);
+    for (int k = 0; m->ropes && k < m->rope_count; k++)
+        m->ropes[k].places = COPY(v, m->ropes[k].places, m->ropes[k].count, 0);
     copy_flexibles(v);
     m->start.q = COPY(v, m->start.q, n, 0);
     m->start.qd = COPY(v, m->start.qd, n, 0);

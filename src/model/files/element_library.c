@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Elements are text within the library, so that every command, program and package has them wherever it is. */
 #include "model/files/element_library.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "model/language/nearest.h"
 #include <kempe/kempe.h>

@@ -100,6 +100,37 @@ void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *
         kmp_yaml_append(arena, map, name, item);
 }
 
+void kmp_yaml_put_word(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const char *text)
+{
+    if (text)
+        kmp_yaml_put(arena, map, place, key, kmp_yaml_word(arena, place, text));
+}
+
+void kmp_yaml_set(kmp_arena *arena, kmp_yaml *map, const char *key, const kmp_yaml *item)
+{
+    const int at = map && item ? kmp_yaml_find(map, key) : -1;
+    if (at >= 0)
+        map->items[at] = item;
+    else if (item)
+        kmp_yaml_put(arena, map, item->place, key, item);
+}
+
+const kmp_yaml *kmp_yaml_with(kmp_arena *arena, const kmp_yaml *map, const char *key, const kmp_yaml *item)
+{
+    kmp_yaml *changed = item ? kmp_yaml_copy(arena, map) : NULL;
+    kmp_yaml_set(arena, changed, key, item);
+    return changed ? changed : map;
+}
+
+kmp_yaml *kmp_yaml_open(kmp_arena *arena, kmp_yaml *map, const char *key)
+{
+    const kmp_yaml *own = kmp_yaml_get(map, key);
+    kmp_yaml *open =
+        own && own->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena, own) : kmp_yaml_new(arena, KMP_YAML_MAP, map->place);
+    kmp_yaml_set(arena, map, key, open);
+    return open;
+}
+
 kmp_yaml *kmp_yaml_copy(kmp_arena *arena, const kmp_yaml *from)
 {
     kmp_yaml *copy = kmp_yaml_new(arena, from->kind, from->place);

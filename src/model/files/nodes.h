@@ -23,5 +23,17 @@ void kmp_yaml_index(kmp_arena *arena, kmp_yaml *map);
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item);
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
 
+/** Adds a word; NULL is passed over. */
+void kmp_yaml_put_word(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const char *text);
+
+/** Puts an item in place of the item of a key, or adds it. NULL items are passed over. */
+void kmp_yaml_set(kmp_arena *arena, kmp_yaml *map, const char *key, const kmp_yaml *item);
+
+/** A copy of the mapping with another item of a key; the mapping itself where the item is NULL, and without memory. */
+const kmp_yaml *kmp_yaml_with(kmp_arena *arena, const kmp_yaml *map, const char *key, const kmp_yaml *item);
+
+/** A copy of the mapping of a key, in its place; an empty one where there is none. NULL: no memory. */
+kmp_yaml *kmp_yaml_open(kmp_arena *arena, kmp_yaml *map, const char *key);
+
 /** The number of a key; -1: it is absent. */
 int kmp_yaml_find(const kmp_yaml *map, const char *key);

@@ -5,7 +5,6 @@
 #include "model/files/nodes.h"
 #include "model/language/limits.h"
 #include <ctype.h>
-#include <stdint.h>
 #include <string.h>
 #include <yaml.h>
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/modal_body.h"
-#include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/dense/three.h"

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/flexible/npz_modes.h"
-#include "linalg/dense/three.h"
 #include "model/files/npz.h"
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 /* Differences between arrays that say the same, by their scale: other programs write eight digits or more; a wrong

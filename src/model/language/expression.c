@@ -9,7 +9,6 @@
 #include "model/language/limits.h"
 #include "model/language/nearest.h"
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
 static const kmp_expr *parse_factor(kmp_parser *p);
@@ -450,6 +449,12 @@ static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *
     return count < 0       ? NULL
            : composite < 0 ? make_call(p, where, function, arguments)
                            : make_composite(p, where, composite, arguments);
+}
+
+void kmp_local_put(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
+{
+    if (expr && locals->count < KMP_LOCALS_MOST)
+        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
 }
 
 const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals)

@@ -281,5 +281,9 @@ const char *kmp_outside_word(kmp_outside outside);
 /** A node in the arena; NULL: no memory. */
 const kmp_expr *kmp_expr_make(kmp_arena *arena, kmp_expr expr);
 
-/** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory. */
+/** Adds a name to the locals; nothing where `expr` is NULL. */
+void kmp_local_put(kmp_expr_locals *locals, const char *name, const kmp_expr *expr);
+
+/** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory, or a name
+ * is missing. */
 const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals);

@@ -183,28 +183,18 @@ static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument 
     return found;
 }
 
-static bool parse_gear(kmp_parser *p, const char *word, kmp_measure_argument *argument)
+/* A pair of gears, or bearings. */
+static bool parse_pair(kmp_parser *p, const char *word, bool gears, kmp_measure_argument *argument)
 {
+    int (*const find)(void *user, const char **name) = gears ? p->scope->gear : p->scope->bearing;
     kmp_parse_skip_space(p);
     const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
-    const int found = name && p->scope->gear ? p->scope->gear(p->scope->user, &name) : -1;
+    const int found = name && find ? find(p->scope->user, &name) : -1;
     *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = found, .name = name};
     if (name && found < 0)
-        kmp_parse_complain(p, start, "%s: '%s' is not a pair of gears", word, name);
+        kmp_parse_complain(p, start, gears ? "%s: '%s' is not a pair of gears" : "%s: the model has no bearings '%s'",
+                           word, name);
     return found >= 0;
-}
-
-static bool parse_bearings(kmp_parser *p, const char *word, kmp_measure_argument *argument)
-{
-    kmp_parse_skip_space(p);
-    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
-    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = -1};
-    if (name && p->scope->bearing)
-        argument->closure = p->scope->bearing(p->scope->user, &name);
-    argument->name = name;
-    if (name && argument->closure < 0)
-        kmp_parse_complain(p, start, "%s: the model has no bearings '%s'", word, name);
-    return argument->closure >= 0;
 }
 
 /* A rope, or ROPE.k, a place of its path. */
@@ -251,10 +241,8 @@ static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_arg
                                obstacle);
         return body >= 0 && !obstacle;
     }
-    if (rows[kind].of == OF_GEAR)
-        return parse_gear(p, rows[kind].word, argument);
-    if (rows[kind].of == OF_BEARING)
-        return parse_bearings(p, rows[kind].word, argument);
+    if (rows[kind].of == OF_GEAR || rows[kind].of == OF_BEARING)
+        return parse_pair(p, rows[kind].word, rows[kind].of == OF_GEAR, argument);
     if (rows[kind].of == OF_ROPE || rows[kind].of == OF_SHEAVE)
         return parse_rope(p, rows[kind].word, rows[kind].of == OF_SHEAVE, argument);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)

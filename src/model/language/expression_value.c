@@ -2,7 +2,6 @@
 /* The numbers of expressions. */
 #include "model/language/expression_value.h"
 #include "model/language/expression.h"
-#include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

@@ -4,7 +4,6 @@
 #include "model/read/body_models.h"
 #include "base/text.h"
 #include "model/files/nodes.h"
-#include "model/read/read_values.h"
 #include <string.h>
 
 static const char segments[] = "segments:";
@@ -25,11 +24,6 @@ static bool is_in(const char *word, const char *const *list)
     while (*list && strcmp(*list, word) != 0)
         list++;
     return *list;
-}
-
-static void put_word(kmp_reader *r, kmp_yaml *map, const char *key, const char *text)
-{
-    kmp_yaml_put(&r->scratch, map, map->place, key, kmp_yaml_word(&r->scratch, map->place, text));
 }
 
 /* Damping in proportion to the stiffness is the same in both: {time: T} of segments, {rayleigh: [0, T]} of shapes. */
@@ -67,23 +61,14 @@ static const kmp_yaml *flexible_as(kmp_reader *r, const kmp_yaml *given)
         if (!is_in(given->keys[k]->text, left_out))
             kmp_yaml_append(&r->scratch, made, given->keys[k], given->items[k]);
     if (rigid && kmp_yaml_get(given, "file"))
-        put_word(r, made, "modes", "0");
+        kmp_yaml_put_word(&r->scratch, made, given->place, "modes", "0");
     else if (rigid)
         kmp_yaml_put(&r->scratch, made, given->place, "shapes", kmp_yaml_new(&r->scratch, KMP_YAML_MAP, given->place));
     else
-        put_word(r, made, divided ? "segments" : "stiffening", divided ? r->bodies_as + LENGTH : r->bodies_as);
+        kmp_yaml_put_word(&r->scratch, made, given->place, divided ? "segments" : "stiffening",
+                          divided ? r->bodies_as + LENGTH : r->bodies_as);
     if (damping && !rigid)
         kmp_yaml_put(&r->scratch, made, given->place, "damping", damping_of(r, damping, divided));
-    return made;
-}
-
-/* The mapping with another item for a key; without memory as it is. */
-static const kmp_yaml *with(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
-{
-    kmp_yaml *made = kmp_yaml_copy(&r->scratch, map);
-    if (r->scratch.failed || !made || !item)
-        return map;
-    made->items[kmp_yaml_find(made, key)] = item;
     return made;
 }
 
@@ -107,7 +92,7 @@ static void choose_outputs(kmp_reader *r, kmp_yaml *root)
     for (int k = 0; k < outputs->count; k++)
         if (is_in_every_model(outputs->items[k]))
             kmp_yaml_append(&r->scratch, made, NULL, outputs->items[k]);
-    root->items[kmp_yaml_find(root, "run")] = with(r, run, "outputs", made);
+    kmp_yaml_set(&r->scratch, root, "run", kmp_yaml_with(&r->scratch, run, "outputs", made));
 }
 
 void kmp_read_body_models(kmp_reader *r)
@@ -115,15 +100,15 @@ void kmp_read_body_models(kmp_reader *r)
     const kmp_yaml *map = kmp_yaml_get(r->root, "bodies");
     if (!r->bodies_as || !map || map->kind != KMP_YAML_MAP)
         return;
-    kmp_yaml *root = kmp_yaml_copy(&r->scratch, r->root), *bodies = kmp_yaml_copy(&r->scratch, map);
-    if (r->scratch.failed || !root || !bodies)
+    kmp_yaml *root = kmp_yaml_copy(&r->scratch, r->root),
+             *bodies = root ? kmp_yaml_open(&r->scratch, root, "bodies") : NULL;
+    if (r->scratch.failed || !bodies)
         return;
     for (int k = 0; k < map->count; k++) {
         const kmp_yaml *flexible = kmp_yaml_get(map->items[k], "flexible");
         if (flexible && flexible->kind == KMP_YAML_MAP)
-            bodies->items[k] = with(r, map->items[k], "flexible", flexible_as(r, flexible));
+            bodies->items[k] = kmp_yaml_with(&r->scratch, map->items[k], "flexible", flexible_as(r, flexible));
     }
-    root->items[kmp_yaml_find(root, "bodies")] = bodies;
     choose_outputs(r, root);
     r->root = root;
 }

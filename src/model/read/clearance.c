@@ -21,14 +21,6 @@ static kmp_arena *arena_of(const rewriting *w)
     return &w->r->scratch;
 }
 
-/* Replaces an item of a mapping; the key must exist. */
-static void replace(kmp_yaml *map, const char *key, const kmp_yaml *item)
-{
-    for (int k = 0; map && k < map->count; k++)
-        if (strcmp(map->keys[k]->text, key) == 0)
-            map->items[k] = item;
-}
-
 static bool has_clearance(const kmp_yaml *map)
 {
     return map && (kmp_yaml_get(map, "clearance") || kmp_yaml_get(map, "contact"));
@@ -99,15 +91,15 @@ static void add_contact(rewriting *w, const loose *l, const char *name, const km
 {
     const kmp_yaml *clearance = kmp_yaml_get(l->map, "clearance"), *contact = kmp_yaml_get(l->map, "contact");
     if (kmp_yaml_get(w->contacts, name)) {
-        kmp_reader_complain(w->r, l->key->place,
-                            "%s: the section contacts has '%s', the name of its own contact, already", l->what, name);
+        kmp_complain_of(w->r, l->key, l->what, "the section contacts has '%s', the name of its own contact, already",
+                        name);
         return;
     }
     kmp_yaml *own = kmp_yaml_new(arena_of(w), KMP_YAML_MAP, contact->place);
     kmp_yaml_put(arena_of(w), own, contact->place, l->slides ? "guide" : l->ball ? "socket" : "journal", joint);
     kmp_yaml_put(arena_of(w), own, clearance->place, "clearance", clearance);
     for (int k = 0; words[k]; k += 2)
-        kmp_yaml_put(arena_of(w), own, contact->place, words[k], word(w, contact->place, words[k + 1]));
+        kmp_yaml_put_word(arena_of(w), own, contact->place, words[k], words[k + 1]);
     for (int k = 0; k < contact->count; k++)
         if (!l->slides || strcmp(contact->keys[k]->text, "axis") != 0)
             kmp_yaml_put(arena_of(w), own, contact->keys[k]->place, contact->keys[k]->text, contact->items[k]);
@@ -142,14 +134,12 @@ static bool find_directions(const rewriting *w, loose *l)
     l->along = letter_of(along);
     l->normal = normal ? letter_of(normal) : 2;
     if (l->along < 0)
-        return kmp_reader_complain(w->r, (along ? along : l->map)->place,
-                                   "%s: a prismatic joint with clearance is along x, y or z", l->what);
+        return kmp_complain_of(w->r, (along ? along : l->map), l->what,
+                               "a prismatic joint with clearance is along x, y or z");
     return (l->normal >= 0 && l->normal != l->along) ||
-           kmp_reader_complain(
-               w->r, (normal ? normal : l->map)->place,
-               "%s: the 'axis' of its contact is x, y or z, across the guide: the normal of the plane in "
-               "which the slider moves",
-               l->what);
+           kmp_complain_of(w->r, (normal ? normal : l->map), l->what,
+                           "the 'axis' of its contact is x, y or z, across the guide: the normal of the plane in which "
+                           "the slider moves");
 }
 
 /* The joint in place of one with clearance; the same where it has none, or cannot have one; NULL: its contact is all of
@@ -162,8 +152,8 @@ static const kmp_yaml *rewrite(rewriting *w, loose l)
     l.slides = kmp_yaml_get(map, "prismatic") != NULL;
     l.ball = kmp_yaml_get(map, "ball") != NULL;
     if (!l.slides && !l.ball && !kmp_yaml_get(map, "revolute")) {
-        kmp_reader_complain(w->r, (node ? node : kmp_yaml_get(map, "contact"))->place,
-                            "%s: a revolute or a prismatic joint, or a ball closure, may have a clearance", l.what);
+        kmp_complain_of(w->r, (node ? node : kmp_yaml_get(map, "contact")), l.what,
+                        "a revolute or a prismatic joint, or a ball closure, may have a clearance");
         return map;
     }
     const kmp_yaml *clearance = kmp_read_required(w->r, map, l.what, "clearance");
@@ -175,13 +165,11 @@ static const kmp_yaml *rewrite(rewriting *w, loose l)
     return l.ball ? NULL : free_in_plane(w, &l);
 }
 
+/* NULL: there is no such section. */
 static kmp_yaml *open_section(rewriting *w, const char *key)
 {
     const kmp_yaml *section = kmp_yaml_get(w->root, key);
-    kmp_yaml *copy = section && section->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena_of(w), section) : NULL;
-    if (copy)
-        replace(w->root, key, copy);
-    return copy;
+    return section && section->kind == KMP_YAML_MAP ? kmp_yaml_open(arena_of(w), w->root, key) : NULL;
 }
 
 static void rewrite_bodies(rewriting *w)
@@ -196,12 +184,8 @@ static void rewrite_bodies(rewriting *w)
         const char *what = kmp_reader_say(w->r, "the joint of body '%s'", bodies->keys[k]->text);
         if (!body)
             return;
-        replace(body, "joint",
-                rewrite(w, (loose){.key = named ? named : bodies->keys[k],
-                                   .map = joint,
-                                   .name = name,
-                                   .what = what,
-                                   .coordinate = true}));
+        const loose own = {named ? named : bodies->keys[k], joint, name, what, .coordinate = true};
+        kmp_yaml_set(arena_of(w), body, "joint", rewrite(w, own));
         bodies->items[k] = body;
     }
 }
@@ -212,17 +196,11 @@ static void rewrite_section(rewriting *w, const char *section, const char *kind)
     kmp_yaml *map = open_section(w, section);
     kmp_yaml *kept = map ? kmp_yaml_new(arena_of(w), KMP_YAML_MAP, map->place) : NULL;
     for (int k = 0; kept && k < map->count; k++) {
-        const char *name = map->keys[k]->text;
-        const kmp_yaml *made = rewrite(w, (loose){.key = map->keys[k],
-                                                  .map = map->items[k],
-                                                  .name = name,
-                                                  .what = kmp_reader_say(w->r, "%s '%s'", kind, name),
-                                                  .coordinate = strcmp(section, "joints") == 0});
-        if (made)
-            kmp_yaml_put(arena_of(w), kept, map->keys[k]->place, name, made);
+        const char *name = map->keys[k]->text, *what = kmp_reader_say(w->r, "%s '%s'", kind, name);
+        const loose own = {map->keys[k], map->items[k], name, what, .coordinate = strcmp(section, "joints") == 0};
+        kmp_yaml_put(arena_of(w), kept, map->keys[k]->place, name, rewrite(w, own));
     }
-    if (kept)
-        replace(w->root, section, kept);
+    kmp_yaml_set(arena_of(w), w->root, section, kept);
 }
 
 static bool any_clearance(const kmp_yaml *root)
@@ -240,20 +218,14 @@ static bool any_clearance(const kmp_yaml *root)
 void kmp_read_clearances(kmp_reader *r)
 {
     rewriting w = {.r = r};
-    const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
     if (!any_clearance(r->root))
         return;
     w.root = kmp_yaml_copy(arena_of(&w), r->root);
-    w.contacts = contacts && contacts->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena_of(&w), contacts)
-                                                            : kmp_yaml_new(arena_of(&w), KMP_YAML_MAP, r->root->place);
-    if (!w.root || !w.contacts)
+    w.contacts = w.root ? kmp_yaml_open(arena_of(&w), w.root, "contacts") : NULL;
+    if (!w.contacts)
         return;
     rewrite_bodies(&w);
     rewrite_section(&w, "joints", "joint");
     rewrite_section(&w, "loops", "loop");
-    if (contacts)
-        replace(w.root, "contacts", w.contacts);
-    else
-        kmp_yaml_put(arena_of(&w), w.root, r->root->place, "contacts", w.contacts);
     r->root = w.root;
 }

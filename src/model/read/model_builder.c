@@ -52,12 +52,22 @@ static void put(kmp_builder *b, kmp_yaml *map, const char *key, const kmp_yaml *
     kmp_yaml_put(&b->arena, map, place_of_call(b), key, item);
 }
 
+static void put_word(kmp_builder *b, kmp_yaml *map, const char *key, const char *text)
+{
+    kmp_yaml_put_word(&b->arena, map, place_of_call(b), key, text);
+}
+
 static const kmp_yaml *vector(kmp_builder *b, const kempe_number *n)
 {
     kmp_yaml *list = new_node(b, KMP_YAML_LIST);
     for (int i = 0; i < 3; i++)
         append(b, list, number(b, n[i]));
     return list;
+}
+
+static const kmp_yaml *axis_of(kmp_builder *b, const double axis[3])
+{
+    return vector(b, (const kempe_number[]){kempe_value(axis[0]), kempe_value(axis[1]), kempe_value(axis[2])});
 }
 
 static const kmp_yaml *two_words(kmp_builder *b, const char *const words[2])
@@ -95,12 +105,9 @@ static kmp_yaml *part(kmp_builder *b, kmp_yaml *map, const char *key, kmp_yaml_k
 /* The label of the next call: "WHAT 'NAME'", or WHAT. */
 static void begin_call(kmp_builder *b, const char *what, const char *name)
 {
-    const char **calls = kmp_arena_room(&b->arena, b->calls, b->call_count, sizeof *calls);
     const char *label = kmp_arena_printf(&b->arena, name ? "%s '%s'" : "%s", what, name);
-    if (!calls || !label)
-        return;
-    b->calls = calls;
-    b->calls[b->call_count++] = label;
+    if (label && KMP_ARENA_GROW(&b->arena, b->calls, b->call_count))
+        b->calls[b->call_count++] = label;
 }
 
 /* KEMPE_OK if a call may continue: the model is under construction and the name is present. */
@@ -174,8 +181,8 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     if (m->builder && m->name) {
         begin_call(m->builder, m->name, NULL);
         m->builder->root = new_node(m->builder, KMP_YAML_MAP);
-        put(m->builder, m->builder->root, "kempe", word(m->builder, "1"));
-        put(m->builder, m->builder->root, "name", word(m->builder, m->name));
+        put_word(m->builder, m->builder->root, "kempe", "1");
+        put_word(m->builder, m->builder->root, "name", m->name);
     }
     if (!m->name || !m->builder || m->builder->arena.failed) {
         kempe_model_free(m);
@@ -185,13 +192,7 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     return KEMPE_OK;
 }
 
-void kmp_builder_free(kmp_builder *builder)
-{
-    if (!builder)
-        return;
-    kmp_arena_free(&builder->arena);
-    kmp_free(builder);
-}
+KMP_FREES(kmp_builder, builder, kmp_arena_free(&builder->arena))
 
 kempe_status kempe_model_set_gravity(kempe_model *model, kempe_number x, kempe_number y, kempe_number z)
 {
@@ -234,13 +235,11 @@ static const kmp_yaml *motions(kmp_builder *b, const char *text)
 
 static const kmp_yaml *joint(kmp_builder *b, const kempe_body_def *def)
 {
-    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
-    if (def->joint)
-        put(b, map, "name", word(b, def->joint));
-    put(b, map, "at", word(b, def->at));
+    put_word(b, map, "name", def->joint);
+    put_word(b, map, "at", def->at);
     if (def->kind)
-        put(b, map, def->kind, strcmp(def->kind, "weld") == 0 ? word(b, "yes") : vector(b, axis));
+        put(b, map, def->kind, strcmp(def->kind, "weld") == 0 ? word(b, "yes") : axis_of(b, def->axis));
     if (def->motions)
         put(b, map, "motions", motions(b, def->motions));
     return map;
@@ -327,22 +326,19 @@ static const kmp_yaml *shape_size(kmp_builder *b, const kempe_shape_def *def)
 
 static const kmp_yaml *shape(kmp_builder *b, const kempe_shape_def *def)
 {
-    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind, shape_size(b, def));
     put_given(b, map, "scale", def->scale);
     put_given(b, map, "radius", def->radius);
-    if (def->point)
-        put(b, map, "at", word(b, def->point));
-    else
+    put_word(b, map, "at", def->point);
+    if (!def->point)
         put_given_vector(b, map, "at", def->at);
-    put_given_vector(b, map, "axis", axis);
+    if (def->axis[0] != 0 || def->axis[1] != 0 || def->axis[2] != 0)
+        put(b, map, "axis", axis_of(b, def->axis));
     put_given(b, map, "density", def->density);
     put_given(b, map, "mass", def->mass);
-    if (def->hole)
-        put(b, map, "hole", word(b, "yes"));
-    if (def->colour)
-        put(b, map, "colour", word(b, def->colour));
+    put_word(b, map, "hole", def->hole ? "yes" : NULL);
+    put_word(b, map, "colour", def->colour);
     if (def->opacity != 1)
         put(b, map, "opacity", number(b, kempe_value(def->opacity)));
     return map;
@@ -378,16 +374,14 @@ kempe_joint_def kempe_joint_default(const char *name)
 kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def)
 {
     KMP_WANTED_BOTH(model, def);
-    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "joints", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     put(b, map, def->kind ? def->kind : "", two_words(b, def->point));
     if (def->kind && strcmp(def->kind, "weld") != 0)
-        put(b, map, "axis", vector(b, axis));
+        put(b, map, "axis", axis_of(b, def->axis));
     put_given(b, map, "pitch", def->pitch);
-    if (def->cut != 0)
-        put(b, map, "cut", word(b, def->cut > 0 ? "yes" : "no"));
+    put_word(b, map, "cut", def->cut > 0 ? "yes" : def->cut < 0 ? "no" : NULL);
     return add(model, "joints", def->name, map);
 }
 
@@ -420,10 +414,9 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "forces", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
-    const char *const words[3][2] = {{"joint", def->joint}, {"torque", def->torque}, {"force", def->force}};
-    for (int i = 0; i < 3; i++)
-        if (words[i][1])
-            put(b, map, words[i][0], word(b, words[i][1]));
+    put_word(b, map, "joint", def->joint);
+    put_word(b, map, "torque", def->torque);
+    put_word(b, map, "force", def->force);
     if (def->spring[0] || def->spring[1]) {
         put(b, map, "spring", two_words(b, def->spring));
         put(b, map, "stiffness", number(b, def->stiffness));

@@ -17,31 +17,26 @@
 #include <math.h>
 #include <string.h>
 
-#define TURN 6.28318530717958647692
 /* Pairs of one contact. */
 enum { MOST_PAIRS = 400 };
 
 /* -- outlines of a contact ----------------------------------------------------------------------------- */
 
-static const kmp_outline *find(const kmp_reader *r, const kmp_yaml *node)
-{
-    if (!node || node->kind != KMP_YAML_SCALAR)
-        return NULL;
-    const char *name = kmp_reader_name((kmp_reader *)r, node->place.file, node->text);
-    const int found = kmp_name_find(KMP_NAMED(r->model, outline), name);
-    return found < 0 ? NULL : &r->model->outlines[found];
-}
-
 void kmp_outline_contact_outlines(const kmp_reader *r, const kmp_yaml *map, const kmp_outline *outline[2])
 {
-    outline[0] = find(r, kmp_yaml_get(map, "outline"));
-    outline[1] = find(r, kmp_yaml_get(kmp_yaml_get(map, "on"), "outline"));
+    const kmp_yaml *const nodes[] = {kmp_yaml_get(map, "outline"), kmp_yaml_get(kmp_yaml_get(map, "on"), "outline")};
+    for (int k = 0; k < 2; k++) {
+        const bool named = nodes[k] && nodes[k]->kind == KMP_YAML_SCALAR;
+        const char *name = named ? kmp_reader_name((kmp_reader *)r, nodes[k]->place.file, nodes[k]->text) : "";
+        const int found = named ? kmp_name_find(KMP_NAMED(r->model, outline), name) : -1;
+        outline[k] = found < 0 ? NULL : &r->model->outlines[found];
+    }
 }
 
 /* A circle of an outline: a corner, or all of it. */
 static bool is_circle(const kmp_piece *piece)
 {
-    return piece->arc && (piece->corner > 0 || fabs(piece->turn) >= TURN) && piece->turn > 0;
+    return piece->arc && (piece->corner > 0 || fabs(piece->turn) >= KMP_TURN) && piece->turn > 0;
 }
 
 static int circles_of(const kmp_outline *outline)
@@ -79,12 +74,12 @@ static bool has_law(const kmp_yaml *map)
 int kmp_outline_most_pairs(const kmp_reader *r, const kmp_yaml *map)
 {
     const bool law = has_law(map);
-    const kmp_yaml *on = kmp_yaml_get(map, "on");
-    const kmp_outline *first = find(r, kmp_yaml_get(map, "outline")), *second = find(r, kmp_yaml_get(on, "outline"));
-    if (!first && !second)
+    const kmp_outline *of[2];
+    kmp_outline_contact_outlines(r, map, of);
+    if (!of[0] && !of[1])
         return 0;
-    const int count = circles_of(first) * contacts_of(second, law);
-    return first && second ? count + circles_of(second) * contacts_of(first, law) : count;
+    const int count = circles_of(of[0]) * contacts_of(of[1], law);
+    return of[0] && of[1] ? count + circles_of(of[1]) * contacts_of(of[0], law) : count;
 }
 
 /* -- pairs --------------------------------------------------------------------------------------------- */
@@ -93,7 +88,7 @@ int kmp_outline_most_pairs(const kmp_reader *r, const kmp_yaml *map)
 typedef struct making {
     kmp_reader *r;
     const char *what;
-    kmp_place place;
+    const kmp_yaml *map;
     bool law;
     kmp_outline_pair *pairs;
     int count;
@@ -160,11 +155,10 @@ static bool has_only_circles(making *m, const kmp_outline *outline)
     for (int k = 0; k < outline->piece_count; k++) {
         const kmp_piece *piece = &outline->pieces[k];
         if (piece->arc && piece->turn > 0 && !is_circle(piece))
-            return kmp_reader_complain(m->r, m->place,
-                                       "%s: outline '%s' has an arc that is not a corner; planes and other outlines "
-                                       "meet only its corners, or a "
-                                       "whole circle. Take 'round', or a cylinder",
-                                       m->what, outline->name);
+            return KMP_COMPLAIN(m, m->map,
+                                "outline '%s' has an arc that is not a corner; planes and other outlines meet only its "
+                                "corners, or a whole circle. Take 'round', or a cylinder",
+                                outline->name);
     }
     return true;
 }
@@ -188,16 +182,13 @@ static bool check_fit(making *m, const kmp_outline *outline, double radius)
         if (!piece->arc || piece->turn > 0 || over > KMP_WRITTEN_DIGITS * radius)
             continue;
         if (outline->shape == KMP_OUTLINE_SLOT && fabs(over) <= KMP_WRITTEN_DIGITS * radius)
-            return kmp_reader_complain(m->r, m->place,
-                                       "%s: the slot '%s' is just as wide as the circle, %.6g m: without clearance "
-                                       "this is a joint; write a loop "
-                                       "'point_on_line' in place of the contact",
-                                       m->what, outline->name, 2 * radius);
-        return kmp_reader_complain(
-            m->r, m->place,
-            "%s: a circle of radius %.6g m does not fit into the arc of radius %.6g m of outline "
-            "'%s'",
-            m->what, radius, piece->radius, outline->name);
+            return KMP_COMPLAIN(m, m->map,
+                                "the slot '%s' is just as wide as the circle, %.6g m: without clearance this is a "
+                                "joint; write a loop 'point_on_line' in place of the contact",
+                                outline->name, 2 * radius);
+        return KMP_COMPLAIN(m, m->map,
+                            "a circle of radius %.6g m does not fit into the arc of radius %.6g m of outline '%s'",
+                            radius, piece->radius, outline->name);
     }
     return true;
 }
@@ -207,7 +198,7 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     const kmp_yaml *on = kmp_yaml_get(map, "on"),
                    *name[2] = {kmp_yaml_get(map, "outline"), kmp_yaml_get(on, "outline")};
     const kmp_outline *outline[2] = {NULL, NULL};
-    making m = {.r = r, .what = what, .place = map->place, .law = has_law(map)};
+    making m = {.r = r, .what = what, .map = map, .law = has_law(map)};
     double radius = 0;
     for (int k = 0; k < 2; k++)
         if (name[k] && !(outline[k] = kmp_read_outline_name(r, name[k], what)))
@@ -216,11 +207,10 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         return -1; /* reported where it is read */
     const int most = kmp_outline_most_pairs(r, map);
     if (most > MOST_PAIRS) {
-        kmp_reader_complain(
-            r, map->place,
-            "%s: %d pairs of corners and sides of both outlines; at most %d can be followed: take simpler "
-            "outlines, or a point or cylinder for the part that touches",
-            what, most, MOST_PAIRS);
+        kmp_complain_of(r, map, what,
+                        "%d pairs of corners and sides of both outlines; at most %d can be followed: take simpler "
+                        "outlines, or a point or cylinder for the part that touches",
+                        most, MOST_PAIRS);
         return -1;
     }
     m.pairs = KMP_ARENA_NEW(&r->scratch, kmp_outline_pair, most + 1);
@@ -265,21 +255,18 @@ static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, co
     const kmp_measure_argument z = {.point = point[owner], .axis = 2};
     if (kmp_moves_across(model, point[1 - owner], &z))
         return true;
-    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count), pose;
-    double(*axes)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *axes);
-    double(*places)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *places);
-    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
-    if (!poses || !axes || !places || !zero)
+    kmp_pose_zero at;
+    kmp_pose pose;
+    if (!kmp_pose_at_zero(model, &r->scratch, &at))
         return false;
-    kmp_pose_motions(model, zero, poses, axes, places);
-    kmp_pose_of_point(model, poses, zero, point[owner], &pose);
+    kmp_pose_of_point(model, at.poses, at.q, point[owner], &pose);
     const double w[3] = {pose.r[0][2], pose.r[1][2], pose.r[2][2]};
     const int body[2] = {model->points[point[0]].body, model->points[point[1]].body};
     const int top = kmp_model_common_body(model, body[0], body[1]);
-    const char *joint = leaves_plane(model, body[0], top, (const double(*)[3])axes, w);
-    joint = joint ? joint : leaves_plane(model, body[1], top, (const double(*)[3])axes, w);
-    return kmp_reader_complain(
-        r, map->place, "%s: an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it", what,
+    const char *joint = leaves_plane(model, body[0], top, (const double(*)[3])at.axes, w);
+    joint = joint ? joint : leaves_plane(model, body[1], top, (const double(*)[3])at.axes, w);
+    return kmp_complain_of(
+        r, map, what, "an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it",
         model->bodies[body[owner]].name, model->points[point[owner]].name, joint ? joint : "of a flexible body");
 }
 
@@ -287,18 +274,17 @@ static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, co
 static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_contact_pair *touch)
 {
     const kempe_model *model = r->model;
-    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
-    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count), pose[2];
-    if (!zero || !poses)
-        return false;
-    kmp_pose_all(model, zero, poses);
-    for (int k = 0; k < 2; k++)
-        kmp_pose_of_point(model, poses, zero, touch->side[k].point, &pose[k]);
     const bool plane = touch->side[1].shape == KMP_TOUCH_PLANE;
+    kmp_pose_zero at;
+    kmp_pose pose;
     double w[2][3], n[3];
-    for (int k = 0; k < 2; k++)
+    if (!kmp_pose_at_zero(model, &r->scratch, &at))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        kmp_pose_of_point(model, at.poses, at.q, touch->side[k].point, &pose);
         for (int i = 0; i < 3; i++)
-            w[k][i] = pose[k].r[i][k == 1 && plane ? touch->side[1].axis : 2];
+            w[k][i] = pose.r[i][k == 1 && plane ? touch->side[1].axis : 2];
+    }
     kmp_cross3(w[0], w[1], n);
     if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_OUTLINE_STRAIGHT
               : kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT)
@@ -315,11 +301,9 @@ bool kmp_outline_pair_put(kmp_reader *r, const kmp_yaml *map, const char *what, 
     const kmp_yaml *on = kmp_yaml_get(map, "on");
     const bool first = kmp_yaml_get(map, "outline"), second = kmp_yaml_get(on, "outline");
     if (first && !second && touch->side[1].shape != KMP_TOUCH_PLANE)
-        return kmp_reader_complain(
-            r, on->place,
-            "%s: an outline touches a plane or another outline; write a sphere or cylinder as the "
-            "first side, on the outline",
-            what);
+        return kmp_complain_of(r, on, what,
+                               "an outline touches a plane or another outline; write a sphere or cylinder as the first "
+                               "side, on the outline");
     if (!check_plane(r, map, what, touch, first ? 0 : 1) || (first && !check_axes(r, map, what, touch)))
         return false;
     if (pair->swapped) {

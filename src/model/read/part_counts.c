@@ -96,16 +96,6 @@ static bool value_first(needed *n)
     return n->known[0];
 }
 
-static bool note_decisive(kmp_reader *r, const kmp_yaml *node)
-{
-    const kmp_yaml **list = kmp_arena_room(&r->scratch, r->decisive, r->decisive_count, sizeof(const kmp_yaml *));
-    if (list) {
-        r->decisive = list;
-        list[r->decisive_count++] = node;
-    }
-    return list;
-}
-
 static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
 {
     const kmp_yaml *parameters = kmp_yaml_get(r->root, "parameters");
@@ -120,11 +110,13 @@ static bool find_value(kmp_reader *r, const kmp_yaml *node, const char *what, do
         if (!(n.exprs[k] = parse(&n, n.nodes[k], k == 0 ? what : kmp_reader_say(r, "parameter '%s'", n.names[k]))))
             return false;
     if (!value_first(&n))
-        return kmp_reader_complain(r, node->place, "%s: the parameters in '%s' depend on each other in a cycle", what,
-                                   node->text);
+        return kmp_complain_of(r, node, what, "the parameters in '%s' depend on each other in a cycle", node->text);
     *value = n.values[0];
-    return isfinite(*value) ? note_decisive(r, node)
-                            : kmp_reader_complain(r, node->place, "%s: '%s' is not finite", what, node->text);
+    if (!isfinite(*value))
+        return kmp_complain_of(r, node, what, "'%s' is not finite", node->text);
+    if (KMP_ARENA_GROW(&r->scratch, r->decisive, r->decisive_count))
+        r->decisive[r->decisive_count++] = node;
+    return !r->scratch.failed;
 }
 
 int kmp_read_repeat(kmp_reader *r, const kmp_yaml *node)

@@ -148,8 +148,8 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
     bool list = zero->kind == KMP_YAML_LIST, good = true;
     int count = list ? zero->count : 1;
     if (count != u->count) {
-        kmp_reader_complain(r, zero->place, "%s: %d unknown%s need%s the same number of equations, not %d", what,
-                            u->count, u->count == 1 ? "" : "s", u->count == 1 ? "s" : "", count);
+        kmp_complain_of(r, zero, what, "%d unknown%s need%s the same number of equations, not %d", u->count,
+                        u->count == 1 ? "" : "s", u->count == 1 ? "s" : "", count);
         return;
     }
     for (int k = 0; k < count; k++) {
@@ -168,8 +168,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
         for (int k = 0; k < count; k++)
             found = found || occurs(u->zero[k], index, j);
         if (!found)
-            kmp_reader_complain(r, zero->place, "%s: unknown '%s' does not occur in the equations", what,
-                                u->unknown[j]);
+            kmp_complain_of(r, zero, what, "unknown '%s' does not occur in the equations", u->unknown[j]);
     }
 }
 

@@ -6,8 +6,6 @@
 #include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
-#include <math.h>
-#include <string.h>
 
 static const kmp_key bearing_keys[] = {
 #include "model/keys/bearing_keys.def"
@@ -27,9 +25,8 @@ static void read_joint(kmp_reader *r, const kmp_yaml *node, const char *what, km
         const kmp_closure_kind kind = model->closures[pair->closure].kind;
         pair->joint = model->closures[pair->closure].name;
         if (kind != KMP_CLOSURE_revolute && kind != KMP_CLOSURE_cylindrical)
-            kmp_reader_complain(r, node->place,
-                                "%s: '%s' is not a pin: the joint of two bearings is revolute or cylindrical", what,
-                                word);
+            kmp_complain_of(r, node, what, "'%s' is not a pin: the joint of two bearings is revolute or cylindrical",
+                            word);
         return;
     }
     if (pair->body < 0) {
@@ -42,8 +39,7 @@ static void read_joint(kmp_reader *r, const kmp_yaml *node, const char *what, km
     }
     pair->joint = model->bodies[pair->body].joint;
     if (kmp_pin_motion(model, pair->body) < 0)
-        kmp_reader_complain(r, node->place,
-                            "%s: '%s' is not a pin: the joint of two bearings is revolute or cylindrical", what, word);
+        kmp_complain_of(r, node, what, "'%s' is not a pin: the joint of two bearings is revolute or cylindrical", word);
 }
 
 static void read_places(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_bearing_pair *pair)
@@ -55,8 +51,7 @@ static void read_places(kmp_reader *r, const kmp_yaml *node, const char *what, k
     for (int k = 0; k < 2; k++)
         good = kmp_read_number(r, node->items[k], of, kmp_key_dimension(bearing_keys, "at"), &pair->at[k]) && good;
     if (good && pair->at[0].value == pair->at[1].value)
-        kmp_reader_complain(r, node->place, "%s: both bearings are at %g m: their places must differ", what,
-                            pair->at[0].value);
+        kmp_complain_of(r, node, what, "both bearings are at %g m: their places must differ", pair->at[0].value);
 }
 
 static void read_thrust(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_bearing_pair *pair)
@@ -67,11 +62,10 @@ static void read_thrust(kmp_reader *r, const kmp_yaml *node, const char *what, k
     if (!node)
         return;
     if (slides)
-        kmp_reader_complain(r, node->place,
-                            "%s: the joint slides along its axis and carries nothing along it: leave out 'thrust'",
-                            what);
+        kmp_complain_of(r, node, what,
+                        "the joint slides along its axis and carries nothing along it: leave out 'thrust'");
     else
-        pair->thrust = 1 + kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "thrust is", " or ");
+        pair->thrust = 1 + kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "thrust is");
 }
 
 /* One exponent for both bearings, or a list of one for each. */

@@ -34,16 +34,19 @@ static const kmp_key joint_keys[] = {
 #include "model/keys/joint_keys.def"
     {0}};
 
-static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
+bool kmp_reader_add_motion(kmp_reader *r, kmp_motion motion)
 {
     kempe_model *model = r->model;
-    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
-    if (!motions)
-        return;
-    model->motions = motions;
-    motions[model->motion_count++] =
-        (kmp_motion){.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
-    model->bodies[body].motion_count++;
+    if (!KMP_ARENA_GROW(&model->arena, model->motions, model->motion_count))
+        return false;
+    model->motions[model->motion_count++] = motion;
+    return true;
+}
+
+static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
+{
+    const kmp_motion motion = {.name = "", .body = body, .rotation = rotation, .axis = {axis[0], axis[1], axis[2]}};
+    r->model->bodies[body].motion_count += kmp_reader_add_motion(r, motion);
 }
 
 /* Replaces a motion that could not be read, so that references to it cause no further errors. */
@@ -85,10 +88,9 @@ static void read_one_motion(kmp_reader *r, const kmp_yaml *node, const char *wha
         add_motion(r, body, rotation, axis);
         return;
     }
-    kmp_reader_complain(
-        r, node->place,
-        "%s: a motion is R1, R2, R3, T1, T2, T3, one of them with a minus, {R: axis} or {T: axis}%s%s%s", what,
-        node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
+    kmp_complain_of(r, node, what,
+                    "a motion is R1, R2, R3, T1, T2, T3, one of them with a minus, {R: axis} or {T: axis}%s%s%s",
+                    node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
     add_stand_in(r, body, !strchr(node->text, 'T'));
 }
 
@@ -99,7 +101,7 @@ static void read_two_axes(kmp_reader *r, const kmp_yaml *node, const char *what,
     if (!kmp_read_axis(r, node->items[0], what, a) || !kmp_read_axis(r, node->items[1], what, b))
         return;
     if (fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) > 1e-6)
-        kmp_reader_complain(r, node->place, "%s: the two axes are not perpendicular to each other", what);
+        kmp_complain_of(r, node, what, "the two axes are not perpendicular to each other");
     else if (kmp_square_axes(0, a, 1, b, square))
         memcpy(m, square, sizeof square);
 }
@@ -130,7 +132,7 @@ void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yam
         const kmp_joint_row *other = &kmp_joint_rows[k];
         const kmp_yaml *node = kmp_joint_key(other) ? kmp_yaml_get(joint, kmp_joint_key(other)) : NULL;
         if (node && other != row)
-            kmp_reader_complain(r, node->place, "%s: only a %s has a %s", what, other->name, kmp_joint_key(other));
+            kmp_complain_of(r, node, what, "only a %s has a %s", other->name, kmp_joint_key(other));
     }
 }
 
@@ -140,13 +142,12 @@ static void read_armature(kmp_reader *r, const kmp_yaml *joint, const char *what
     if (!node)
         return;
     if (body->motion_count != 1) {
-        kmp_reader_complain(r, node->place, "%s: only a joint with one coordinate has an armature", what);
+        kmp_complain_of(r, node, what, "only a joint with one coordinate has an armature");
         return;
     }
     kmp_dimension unit = r->model->motions[body->first_motion].rotation ? KMP_DIM(2, 1, 0) : KMP_DIM(0, 1, 0);
-    const char *name = kmp_reader_say(r, "the armature of %s", what);
-    if (kmp_read_number(r, node, name, unit, &body->armature))
-        kmp_check_rule(r, node, name, KMP_FIELD_NOT_NEGATIVE, body->armature.value, "");
+    (void)kmp_read_ruled(r, node, kmp_reader_say(r, "the armature of %s", what), unit, KMP_FIELD_NOT_NEGATIVE,
+                         &body->armature);
 }
 
 /* The one key that determines the kind of joint. */
@@ -158,8 +159,8 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
         const char *chain = row->chain;
         const kmp_yaml *node = kmp_yaml_get(joint, row->name);
         double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-        if (!chain[0] && (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "yes") != 0))
-            kmp_reader_complain(r, node->place, "%s: a joint without motions is written with the value 'yes'", what);
+        if (!chain[0] && !kmp_is_word(node, "yes"))
+            kmp_complain_of(r, node, what, "a joint without motions is written with the value 'yes'");
         if (chain[0])
             kmp_read_chain_axes(r, chain, node, what, m);
         for (; chain[0] && chain[0] != '='; chain += 2) {
@@ -172,7 +173,7 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
         const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
         bool good = kmp_read_list(r, motions, kmp_reader_say(r, "%s: motions", what), -1);
         if (good && motions->count == 0)
-            kmp_reader_complain(r, motions->place, "%s: a joint needs at least one motion", what);
+            kmp_complain_of(r, motions, what, "a joint needs at least one motion");
         for (int i = 0; good && i < motions->count; i++)
             read_one_motion(r, motions->items[i], what, body);
     }
@@ -284,24 +285,20 @@ static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)
         return;
     }
     kmp_read_map(r, joint, what, joint_keys);
-    if (linked_name)
-        body->joint = kmp_arena_strdup(&r->model->arena, linked_name);
-    if (!body->joint)
-        body->joint = "";
     const kmp_yaml *name = kmp_yaml_get(joint, "name");
     const char *given = name ? kmp_read_name(r, name, "a joint") : NULL;
-    const char *kept = given ? kmp_arena_strdup(&r->model->arena, kmp_reader_name(r, name->place.file, given)) : NULL;
-    if (kept)
-        body->joint = kept;
+    given = given ? kmp_reader_name(r, name->place.file, given) : linked_name;
+    const char *kept = given ? kmp_arena_strdup(&r->model->arena, given) : NULL;
+    body->joint = kept ? kept : body->joint;
     check_unique(r, name ? name->place : body->place, i);
     const kmp_yaml *frame = kmp_yaml_get(joint, "frame");
     body->turned = frame && kmp_read_axes(r, frame, kmp_reader_say(r, "the frame of %s", what), body->frame);
     read_kind(r, joint, what, i);
     name_motions(r, body, kmp_yaml_get(joint, "coordinates"));
     const kmp_yaml *reversed = kmp_yaml_get(joint, "reversed");
-    body->reversed = reversed && strcmp(reversed->text, "yes") == 0;
+    body->reversed = kmp_is_word(reversed, "yes");
     if (reversed && !body->reversed)
-        kmp_reader_complain(r, reversed->place, "%s: reversed is 'yes' or absent", what);
+        kmp_complain_of(r, reversed, what, "reversed is 'yes' or absent");
     if (body->reversed && body->motion_count > 0)
         reverse_chain(&r->model->motions[body->first_motion], body->motion_count);
 }
@@ -471,8 +468,8 @@ static int resolve_own_end(kmp_reader *r, const kmp_yaml *node, int body, const 
     int point = full ? resolve_end(r, node, what) : kmp_read_point_of(r, node->place, body, node->text, what);
     if (point < 0 || r->model->points[point].body == body)
         return point;
-    kmp_reader_complain(r, node->place, "%s: point '%s' is on body '%s'", what, node->text,
-                        r->model->bodies[r->model->points[point].body].name);
+    kmp_complain_of(r, node, what, "point '%s' is on body '%s'", node->text,
+                    r->model->bodies[r->model->points[point].body].name);
     return -1;
 }
 

@@ -3,12 +3,15 @@
  * the file's order kept otherwise. */
 #pragma once
 
-#include "model/data/joint_table.h"
+#include "model/data/body.h"
 #include "model/read/reading.h"
 
 extern const kmp_key kmp_body_keys[];
 
 void kmp_read_bodies(kmp_reader *r);
+
+/** False: no memory. */
+bool kmp_reader_add_motion(kmp_reader *r, kmp_motion motion);
 
 /** Reports keys of numbers that belong to another kind of joint than `row` (NULL: to any). */
 void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what);

@@ -5,16 +5,12 @@
 #include "model/data/angle_sum.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
-#include "model/data/pose.h"
 #include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
 #include "model/read/read_values.h"
-#include "model/read/reader.h"
 #include <math.h>
-#include <string.h>
 
-#define TURN   6.28318530717958647692
-#define DEGREE (TURN / 360)
+#define DEGREE (KMP_TURN / 360)
 
 static const kmp_key part_keys[] = {
 #include "model/keys/cam_part_keys.def"
@@ -52,17 +48,17 @@ bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node
     const kmp_table *t = table->table;
     const double range = t->x[t->count - 1] - t->x[0];
     if (t->method != KMP_TABLE_PERIODIC || table->rise != 0)
-        return kmp_reader_complain(r, node->place,
-                                   "%s: the table '%s' must be a spline with 'periodic: yes': the profile has the same "
-                                   "radius and slope at both ends",
-                                   what, node->text);
-    if (fabs(range - TURN) > KMP_WRITTEN_DIGITS * TURN)
-        return kmp_reader_complain(r, node->place, "%s: the table '%s' covers %.9g deg: a cam has one turn, 360 deg",
-                                   what, node->text, range / DEGREE);
+        return kmp_complain_of(r, node, what,
+                               "the table '%s' must be a spline with 'periodic: yes': the profile has the same radius "
+                               "and slope at both ends",
+                               node->text);
+    if (fabs(range - KMP_TURN) > KMP_WRITTEN_DIGITS * KMP_TURN)
+        return kmp_complain_of(r, node, what, "the table '%s' covers %.9g deg: a cam has one turn, 360 deg", node->text,
+                               range / DEGREE);
     for (int k = 0; k < t->count; k++)
         if (!(t->y[k] > 0))
-            return kmp_reader_complain(r, node->place, "%s: the radius is %.6g m at %.6g deg: it must be positive",
-                                       what, t->y[k], t->x[k] / DEGREE);
+            return kmp_complain_of(r, node, what, "the radius is %.6g m at %.6g deg: it must be positive", t->y[k],
+                                   t->x[k] / DEGREE);
     cam->table = table->table;
     return true;
 }
@@ -76,8 +72,7 @@ bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *nod
         return false;
     const int count = node->count;
     if (count < 4)
-        return kmp_reader_complain(r, node->place, "%s: a closed spline needs four places or more, not %d", what,
-                                   count);
+        return kmp_complain_of(r, node, what, "a closed spline needs four places or more, not %d", count);
     double *at = KMP_ARENA_NEW(&r->scratch, double, 3 * (count + 1)), area = 0;
     kmp_cam *cam = at ? new_cam(r, outline) : NULL;
     if (!cam)
@@ -94,13 +89,13 @@ bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *nod
             place[i][k] = place[i][0];
         const double step = hypot(place[0][k] - place[0][k - 1], place[1][k] - place[1][k - 1]);
         if (!(step > 0))
-            return kmp_reader_complain(r, node->items[k % count]->place, "%s: place %d is the same as place %d%s", what,
-                                       k % count + 1, k, k == count ? ": the spline closes itself" : "");
+            return kmp_complain_of(r, node->items[k % count], what, "place %d is the same as place %d%s", k % count + 1,
+                                   k, k == count ? ": the spline closes itself" : "");
         length[k] = length[k - 1] + step;
         area += place[0][k - 1] * place[1][k] - place[0][k] * place[1][k - 1];
     }
     if (!(area > 0))
-        return kmp_reader_complain(r, node->place, "%s: the places go clockwise: write them counter-clockwise", what);
+        return kmp_complain_of(r, node, what, "the places go clockwise: write them counter-clockwise");
     for (int i = 0; i < 2; i++) {
         cam->place[i] = kmp_table_new(KMP_TABLE_PERIODIC, count + 1, length, place[i]);
         r->scratch.failed = r->scratch.failed || !cam->place[i];
@@ -121,17 +116,16 @@ static bool read_part(kmp_reader *r, const kmp_yaml *map, const char *what, bool
         (rise && !kmp_read_fixed(r, rise, of, turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, &part->rise)))
         return false;
     if (!(part->to > part->from))
-        return kmp_reader_complain(r, to->place, "%s: this part ends at %.6g deg, where it begins at %.6g deg", what,
-                                   part->to / DEGREE, part->from / DEGREE);
+        return kmp_complain_of(r, to, what, "this part ends at %.6g deg, where it begins at %.6g deg",
+                               part->to / DEGREE, part->from / DEGREE);
     if (!rise && by)
-        return kmp_reader_complain(r, by->place, "%s: a part without 'rise' is a dwell, which has no law", what);
-    const int law = by ? kmp_read_choice(r, by, what, KMP_NAMES_OF(kmp_cam_law_words), "by is", " or ") : 0;
+        return kmp_complain_of(r, by, what, "a part without 'rise' is a dwell, which has no law");
+    const int law = by ? kmp_read_choice(r, by, what, KMP_NAMES_OF(kmp_cam_law_words), "by is") : 0;
     part->law = law < 0 ? KMP_CAM_LINEAR : (kmp_cam_law_kind)law;
     if (by && law == KMP_CAM_LINEAR)
-        return kmp_reader_complain(r, by->place,
-                                   "%s: 'linear' has corners at both ends, where the rate of the follower would jump: "
-                                   "a cam needs a smooth law, such as cycloidal",
-                                   what);
+        return kmp_complain_of(r, by, what,
+                               "'linear' has corners at both ends, where the rate of the follower would jump: a cam "
+                               "needs a smooth law, such as cycloidal");
     return law >= 0;
 }
 
@@ -152,32 +146,30 @@ static bool read_parts(kmp_reader *r, const kmp_yaml *node, const char *what, km
     if (!cam->parts)
         return false;
     const double end = cam->part_count > 0 ? cam->parts[cam->part_count - 1].to : 0;
-    if (fabs(end - TURN) > KMP_WRITTEN_DIGITS * TURN)
-        return kmp_reader_complain(r, node->place, "%s: the last part of the law ends at %.9g deg, not at 360 deg",
-                                   what, end / DEGREE);
-    cam->parts[cam->part_count - 1].to = TURN;
+    if (fabs(end - KMP_TURN) > KMP_WRITTEN_DIGITS * KMP_TURN)
+        return kmp_complain_of(r, node, what, "the last part of the law ends at %.9g deg, not at 360 deg",
+                               end / DEGREE);
+    cam->parts[cam->part_count - 1].to = KMP_TURN;
     if (fabs(sum) > KMP_WRITTEN_DIGITS * most)
-        return kmp_reader_complain(
-            r, node->place, "%s: the sum of the rises is %.6g %s: it must be zero, so that the profile is closed", what,
-            sum, cam->arm != 0 ? "rad" : "m");
+        return kmp_complain_of(r, node, what,
+                               "the sum of the rises is %.6g %s: it must be zero, so that the profile is closed", sum,
+                               cam->arm != 0 ? "rad" : "m");
     return true;
 }
 
 /* One of the keys roller, knife and flat. */
 static bool read_form(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_follower_form *form, double *radius)
 {
-    static const char *const words[] = {"yes"};
     const int key = kmp_read_one_key(r, map, what, KMP_NAMES_OF(forms));
     if (key < 0)
         return false;
     const kmp_yaml *node = kmp_yaml_get(map, forms[key]);
-    const char *of = kmp_reader_say(r, "%s: roller", what);
     *form = (kmp_follower_form)key;
     *radius = 0;
     if (key == KMP_FOLLOWER_ROLLER)
-        return kmp_read_fixed(r, node, of, KMP_DIM_LENGTH, radius) &&
-               kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, *radius, "");
-    return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "knife is", "") == 0;
+        return kmp_read_fixed_ruled(r, node, kmp_reader_say(r, "%s: roller", what), KMP_DIM_LENGTH, KMP_FIELD_POSITIVE,
+                                    radius);
+    return key != KMP_FOLLOWER_KNIFE || kmp_read_choice(r, node, what, kmp_yes, "knife is") == 0;
 }
 
 /* The keys offset, arm and distance. */
@@ -188,11 +180,10 @@ static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     int first = -1;
     const int given = kmp_count_keys(map, KMP_NAMES_OF(keys), &first);
     if (given > 0 && cam->form == KMP_FOLLOWER_FLAT)
-        return kmp_reader_complain(
-            r, kmp_yaml_get(map, keys[first])->place,
-            "%s: the key '%s' belongs to a roller or a knife: the profile under a flat face does "
-            "not depend on the place of its line",
-            what, keys[first]);
+        return kmp_complain_of(r, kmp_yaml_get(map, keys[first]), what,
+                               "the key '%s' belongs to a roller or a knife: the profile under a flat face does not "
+                               "depend on the place of its line",
+                               keys[first]);
     for (int k = 0; k < 3; k++) {
         const kmp_yaml *node = kmp_yaml_get(map, keys[k]);
         const char *of = kmp_reader_say(r, "%s: %s", what, keys[k]);
@@ -202,9 +193,9 @@ static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
             return false;
     }
     if (kmp_yaml_get(map, "offset") && given > 1)
-        return kmp_reader_complain(r, map->place, "%s: a follower with an 'arm' has no 'offset'", what);
+        return kmp_complain_of(r, map, what, "a follower with an 'arm' has no 'offset'");
     return !kmp_yaml_get(map, "arm") == !kmp_yaml_get(map, "distance") ||
-           kmp_reader_complain(r, map->place, "%s: 'arm' and 'distance' belong together", what);
+           kmp_complain_of(r, map, what, "'arm' and 'distance' belong together");
 }
 
 /* Finds what the lift is counted from, by the radius of the path on the base circle. */
@@ -226,7 +217,7 @@ static bool find_base(kmp_reader *r, kmp_place place, const char *what, double r
                                        cam->offset, radius);
         cam->base = sqrt(radius * radius - cam->offset * cam->offset);
     }
-    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? TURN / 2 : INFINITY;
+    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? KMP_TURN / 2 : INFINITY;
     for (int k = 0; k < cam->part_count; k++) {
         const double at = cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from);
         if (!(at > least && at < most))
@@ -238,7 +229,6 @@ static bool find_base(kmp_reader *r, kmp_place place, const char *what, double r
 
 bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what, kmp_outline *outline)
 {
-    static const char *const words[] = {"yes"};
     kmp_cam *cam = new_cam(r, outline);
     const kmp_yaml *base = kmp_read_required(r, map, what, "base");
     const kmp_yaml *follower = kmp_read_required(r, map, what, "follower");
@@ -246,11 +236,9 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
     double radius;
     if (!cam || !base || !follower || !kmp_read_map(r, follower, its, follower_keys) ||
         !read_form(r, follower, its, &cam->form, &cam->radius) || !read_line(r, follower, its, cam) ||
-        !read_parts(r, node, what, cam) || !kmp_read_fixed(r, base, of, KMP_DIM_LENGTH, &radius) ||
-        !kmp_check_rule(r, base, of, KMP_FIELD_POSITIVE, radius, ""))
-        return false;
-    if (cam->form == KMP_FOLLOWER_FLAT &&
-        kmp_read_choice(r, kmp_yaml_get(follower, "flat"), its, KMP_NAMES_OF(words), "flat is", "") < 0)
+        !read_parts(r, node, what, cam) ||
+        !kmp_read_fixed_ruled(r, base, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius) ||
+        kmp_read_choice_of(r, follower, "flat", its, kmp_yes, "flat is", 0) < 0)
         return false;
     if (!find_base(r, node->place, what, radius + cam->radius, cam))
         return false;
@@ -328,11 +316,11 @@ void kmp_read_follower(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     if (follower->form == KMP_FOLLOWER_FLAT && !kmp_read_axis(r, kmp_yaml_get(map, "flat"), what, closure->axis[1]))
         return;
     if (r->model->points[closure->point[0]].body == r->model->points[closure->point[1]].body)
-        kmp_reader_complain(r, map->place, "%s: follower and cam are on the same body", what);
+        kmp_complain_of(r, map, what, "follower and cam are on the same body");
     const kmp_measure_argument z = {.point = closure->point[0], .axis = 2};
     const kmp_measure_argument face = {.point = closure->point[1], .along = closure->axis[1]};
     if (follower->form == KMP_FOLLOWER_FLAT && !kmp_stays_across(r->model, &face, &z))
-        kmp_reader_complain(
-            r, map->place, "%s: the normal of the face does not stay in the plane of the cam, across its axis z", what);
+        kmp_complain_of(r, map, what,
+                        "the normal of the face does not stay in the plane of the cam, across its axis z");
     (void)kmp_check_follower(r, map->place, what, follower);
 }

@@ -35,6 +35,8 @@ static const kmp_key closure_keys[] = {
 #include "model/keys/closure_keys.def"
     {0}};
 
+#define NEEDS(what) (1u << KMP_NEEDS_##what)
+
 /* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
     const char *key;
@@ -43,19 +45,19 @@ static const struct {
 } takes[] = {
 #define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, KMP_CLOSURE_##kind, 0},
 #include "model/data/closure_numbers.def"
-    {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_SHAFTS},
-    {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES | 1u << KMP_NEEDS_SHAFTS},
-    {"plunging", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SHAFTS},
-    {"table", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"y", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"z", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"curve", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
-    {"roller", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"knife", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"flat", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"on", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_FOLLOWER},
-    {"equals", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_TERMS},
-    {"power", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_EXPRESSION | 1u << KMP_NEEDS_CURVE}};
+    {"axis", KMP_CLOSURE_NONE, NEEDS(AXIS) | NEEDS(SAME_AXIS) | NEEDS(SHAFTS)},
+    {"axes", KMP_CLOSURE_NONE, NEEDS(SAME_AXIS) | NEEDS(TWO_AXES) | NEEDS(SHAFTS)},
+    {"plunging", KMP_CLOSURE_NONE, NEEDS(SHAFTS)},
+    {"table", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"y", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"z", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"curve", KMP_CLOSURE_NONE, NEEDS(CURVE)},
+    {"roller", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"knife", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"flat", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"on", KMP_CLOSURE_NONE, NEEDS(FOLLOWER)},
+    {"equals", KMP_CLOSURE_NONE, NEEDS(TERMS)},
+    {"power", KMP_CLOSURE_NONE, NEEDS(EXPRESSION) | NEEDS(CURVE)}};
 
 static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_closure *closure)
 {
@@ -65,7 +67,7 @@ static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, con
         const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
         bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << row->needs;
         if (node && !good)
-            kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, row->name, takes[k].key);
+            kmp_complain_of(r, node, what, "a %s closure has no %s", row->name, takes[k].key);
     }
 }
 
@@ -96,7 +98,7 @@ static void read_power(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         (void)kmp_read_fixed(r, power, kmp_reader_say(r, "%s: power", what), KMP_DIM_ANY, &value);
     closure->power = (int)value;
     if (power && (closure->power != value || value < 0 || value > 2))
-        kmp_reader_complain(r, power->place, "%s: the power of a length is 0, 1 or 2", what);
+        kmp_complain_of(r, power, what, "the power of a length is 0, 1 or 2");
 }
 
 static void add_curve(kmp_closure *closure, const kmp_expr *expr, int side)
@@ -120,7 +122,7 @@ static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const cha
         kmp_read_expr(r, node, what, side ? kmp_key_dimension(closure_keys, side == 1 ? "y" : "z") : KMP_DIM_ANY,
                       side ? KMP_OF_X : KMP_OF_PLACE);
     if (kmp_expr_find(expr, is_condition, NULL))
-        kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
+        kmp_complain_of(r, node, what, "a curve must be smooth, without 'if' and 'sign'");
     add_curve(closure, expr, side);
 }
 
@@ -132,7 +134,7 @@ static void read_implicit(kmp_reader *r, const kmp_yaml *node, const char *what,
         return;
     }
     if (node->count < 1 || node->count > 2) {
-        kmp_reader_complain(r, node->place, "%s: curve has one expression or two, not %d", what, node->count);
+        kmp_complain_of(r, node, what, "curve has one expression or two, not %d", node->count);
         return;
     }
     for (int k = 0; k < node->count; k++)
@@ -145,7 +147,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *curve = kmp_yaml_get(map, "curve"), *power = kmp_yaml_get(map, "power");
     closure->power = 1;
     if ((table != NULL) + (y || z) + (curve != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of table, y (and z), curve is expected", what);
+        kmp_complain_of(r, map, what, "exactly one of table, y (and z), curve is expected");
         return;
     }
     if (table) { /* y = table(x), as an expression */
@@ -164,7 +166,7 @@ static void read_curve(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         read_implicit(r, curve, what, closure);
         read_power(r, map, what, closure);
     } else if (power) {
-        kmp_reader_complain(r, power->place, "%s: y and z are lengths: power belongs to curve", what);
+        kmp_complain_of(r, power, what, "y and z are lengths: power belongs to curve");
     }
 }
 
@@ -174,7 +176,7 @@ static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *node = kmp_yaml_get(map, "coupler"), *equals = kmp_yaml_get(map, "equals");
     kmp_number *constant = equals ? KMP_ARENA_NEW(&r->model->arena, kmp_number, 1) : NULL;
     if (node->kind != KMP_YAML_MAP || node->count < 2) {
-        kmp_reader_complain(r, node->place, "%s: a coupling has two coordinates or more, such as {A: 1, B: -2}", what);
+        kmp_complain_of(r, node, what, "a coupling has two coordinates or more, such as {A: 1, B: -2}");
         return;
     }
     closure->terms = KMP_ARENA_NEW(&r->model->arena, kmp_term, node->count);
@@ -200,12 +202,11 @@ static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what
     const kmp_expr *rate = kmp_expr_find(closure->function, kmp_expr_is_rate, NULL);
     const kmp_state *state = rate && rate->kind == KMP_EXPR_QD ? kmp_state_of(r->model, rate->index) : NULL;
     if (state)
-        kmp_reader_complain(r, node->place, "%s: a constraint may depend on t, q(..) and positions, not on state '%s'",
-                            what, state->name);
+        kmp_complain_of(r, node, what, "a constraint may depend on t, q(..) and positions, not on state '%s'",
+                        state->name);
     else if (rate)
-        kmp_reader_complain(r, node->place,
-                            "%s: a constraint may depend on t, q(..) and positions, not on qd(..) and other rates",
-                            what);
+        kmp_complain_of(r, node, what,
+                        "a constraint may depend on t, q(..) and positions, not on qd(..) and other rates");
     read_power(r, map, what, closure);
 }
 
@@ -217,7 +218,7 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
     if (kmp_closure_row_of(closure)->needs == KMP_NEEDS_TWO_AXES && !axes)
         kmp_read_required(r, map, what, "axes");
     if (axis && axes)
-        kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
+        kmp_complain_of(r, map, what, "'axis' and 'axes' exclude each other");
     if (axis && kmp_read_axis(r, axis, what, closure->axis[0]))
         memcpy(closure->axis[1], closure->axis[0], sizeof closure->axis[1]);
     if (axes && kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2))
@@ -229,14 +230,24 @@ static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *wh
 static void read_plunging(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     static const char *const words[] = {"yes", "free"};
-    const kmp_yaml *node = kmp_yaml_get(map, "plunging");
-    const int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "plunging is", " or ") : -1;
+    const int word = kmp_read_choice_of(r, map, "plunging", what, KMP_NAMES_OF(words), "plunging is", -1);
     if (word >= 0)
         closure->kind = word == 0 ? KMP_CLOSURE_constant_velocity_plunging : KMP_CLOSURE_constant_velocity_free;
 }
 
+/* What kinds have in addition to two points, or in place of them. */
 static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
+    static const struct {
+        unsigned needs;
+        void (*read)(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure);
+    } parts[] = {{NEEDS(TERMS), read_terms},
+                 {NEEDS(EXPRESSION), read_constraint},
+                 {NEEDS(FOLLOWER), kmp_read_follower},
+                 {NEEDS(AXIS) | NEEDS(SAME_AXIS) | NEEDS(TWO_AXES) | NEEDS(SHAFTS), read_closure_axes},
+                 {NEEDS(SHAFTS), read_plunging},
+                 {NEEDS(NUMBER), read_number},
+                 {NEEDS(CURVE), read_curve}};
     if (!kmp_read_map(r, map, what, closure_keys))
         return;
     int found = kmp_read_one_key(r, map, what, KMP_NAMES_OF(kinds));
@@ -245,28 +256,11 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
     closure->kind = kinds[found].kind;
     const kmp_closure_row *row = kmp_closure_row_of(closure);
     check_keys(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_TERMS) {
-        read_terms(r, map, what, closure);
-        return;
-    }
-    if (row->needs == KMP_NEEDS_EXPRESSION) {
-        read_constraint(r, map, what, closure);
-        return;
-    }
-    if (row->needs == KMP_NEEDS_FOLLOWER) {
-        kmp_read_follower(r, map, what, closure);
-        return;
-    }
-    kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
-    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES ||
-        row->needs == KMP_NEEDS_SHAFTS)
-        read_closure_axes(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_SHAFTS)
-        read_plunging(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_NUMBER)
-        read_number(r, map, what, closure);
-    if (row->needs == KMP_NEEDS_CURVE)
-        read_curve(r, map, what, closure);
+    if (row->needs != KMP_NEEDS_TERMS && row->needs != KMP_NEEDS_EXPRESSION && row->needs != KMP_NEEDS_FOLLOWER)
+        kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
+        if (parts[k].needs & 1u << row->needs)
+            parts[k].read(r, map, what, closure);
 }
 
 /* -- drives -------------------------------------------------------------------------------------- */
@@ -285,16 +279,15 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_yaml *locked = kmp_yaml_get(map, "locked");
     drive->motion = joint ? kmp_read_motion(r, joint, what) : -1;
     if ((angle != NULL) + (displacement != NULL) + (locked != NULL) != 1) {
-        kmp_reader_complain(r, map->place,
-                            "%s: exactly one of the keys angle, displacement, locked is expected; a constant speed is "
-                            "a function of t, as angle: 60 rpm*t",
-                            what);
+        kmp_complain_of(r, map, what,
+                        "exactly one of the keys angle, displacement, locked is expected; a constant speed is a "
+                        "function of t, as angle: 60 rpm*t");
         return;
     }
     if (locked) {
         drive->kind = KMP_CLOSURE_lock;
-        if (locked->kind != KMP_YAML_SCALAR || strcmp(locked->text, "yes") != 0)
-            kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
+        if (!kmp_is_word(locked, "yes"))
+            kmp_complain_of(r, locked, what, "locked is 'yes' or absent");
         return;
     }
     if (drive->motion < 0)
@@ -302,8 +295,8 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     const kmp_motion *m = &r->model->motions[drive->motion];
     const kmp_yaml *given = angle ? angle : displacement;
     if (m->rotation != (angle != NULL))
-        kmp_reader_complain(r, given->place, "%s: '%s' is a %s, which is driven by '%s'", what, m->name,
-                            m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
+        kmp_complain_of(r, given, what, "'%s' is a %s, which is driven by '%s'", m->name,
+                        m->rotation ? "rotation" : "translation", m->rotation ? "angle" : "displacement");
     else
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }
@@ -317,25 +310,31 @@ static bool is_understood(const kmp_closure *drive)
 /* A coordinate has one drive; an unknown coordinate is reported already. */
 static void check_driven(kmp_reader *r, int number)
 {
-    const kmp_closure *closures = r->model->closures;
-    if (closures[number].motion < 0)
+    const kmp_closure *drive = &r->model->closures[number], *other = r->model->closures;
+    if (drive->motion < 0 || !is_understood(drive))
         return;
-    for (int k = 0; k < number; k++)
-        if (is_understood(&closures[number]) && is_understood(&closures[k]) && kmp_closure_is_drive(&closures[k]) &&
-            closures[k].motion == closures[number].motion) {
-            kmp_reader_complain(r, closures[number].place, "drive '%s': '%s' is already driven by '%s'",
-                                closures[number].name, r->model->motions[closures[k].motion].name, closures[k].name);
-            return;
-        }
+    while (other < drive && !(is_understood(other) && kmp_closure_is_drive(other) && other->motion == drive->motion))
+        other++;
+    if (other < drive)
+        kmp_reader_complain(r, drive->place, "drive '%s': '%s' is already driven by '%s'", drive->name,
+                            r->model->motions[drive->motion].name, other->name);
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
 
-static kmp_closure *add_closure(kmp_reader *r, const char *name, kmp_closure_kind kind, kmp_place place)
+kmp_closure *kmp_add_closure(kmp_reader *r, const char *name, kmp_closure_kind kind, kmp_place place)
 {
     kmp_closure *closure = &r->model->closures[r->model->closure_count++];
     *closure = (kmp_closure){.name = name, .kind = kind, .place = place, .point = {-1, -1}, .motion = -1};
     return closure;
+}
+
+void kmp_add_row(kmp_reader *r, kmp_force *force, kmp_closure_kind kind, bool turns)
+{
+    kmp_closure *row = kmp_add_closure(r, force->name, kind, force->place);
+    row->force = (int)(force - r->model->forces);
+    row->power = turns ? 0 : 1;
+    force->closure = (int)(row - r->model->closures);
 }
 
 /* Joints between bodies that are cut; their names are checked where they are declared. */
@@ -345,7 +344,7 @@ static void read_cuts(kmp_reader *r, const kmp_yaml *map)
         const char *name = kmp_arena_strdup(&r->model->arena, map->keys[i]->text);
         if (!name)
             return;
-        kmp_closure *closure = add_closure(r, name, KMP_CLOSURE_NONE, map->keys[i]->place);
+        kmp_closure *closure = kmp_add_closure(r, name, KMP_CLOSURE_NONE, map->keys[i]->place);
         if (map->items[i])
             read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", name), closure);
         if (map->items[i] && !r->wrong)
@@ -367,7 +366,8 @@ static void add_couplings(kmp_reader *r)
                                 "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
                                 "lambda(%s) would be ambiguous",
                                 body->joint, body->coupling->name, body->joint);
-        kmp_closure *closure = add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
+        kmp_closure *closure =
+            kmp_add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
         closure->motion = body->first_motion;
         closure->number = body->number;
     }
@@ -397,16 +397,16 @@ void kmp_read_closures(kmp_reader *r)
     if (!model->closures)
         return;
     while (kmp_section_next(&loops))
-        read_closure(r, loops.node, loops.what, add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
+        read_closure(r, loops.node, loops.what, kmp_add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
     while (kmp_section_next(&gears)) {
         check_named(r, &gears);
-        kmp_read_gear(r, gears.node, gears.what, add_closure(r, gears.name, KMP_CLOSURE_gear, gears.key->place));
+        kmp_read_gear(r, gears.node, gears.what, kmp_add_closure(r, gears.name, KMP_CLOSURE_gear, gears.key->place));
     }
     while (kmp_section_next(&drives)) {
         check_named(r, &drives);
-        read_drive(r, drives.node, drives.what, add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
+        read_drive(r, drives.node, drives.what, kmp_add_closure(r, drives.name, KMP_CLOSURE_drive, drives.key->place));
         check_driven(r, model->closure_count - 1);
     }
     add_couplings(r);

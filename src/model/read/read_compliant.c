@@ -2,7 +2,6 @@
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction, the film of a journal.
  * The geometry of joints with clearance serves rigid contacts, too. */
 #include "model/read/read_compliant.h"
-#include "base/memory.h"
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
@@ -20,8 +19,6 @@
 /* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
  * is read for compliant and for rigid contacts. */
 
-static const char *const axes[] = {"x", "y", "z"};
-
 /* A contact whose geometry is being read. */
 typedef struct geometry {
     kmp_reader *r;
@@ -32,39 +29,20 @@ typedef struct geometry {
 
 /* -- numbers and formulas ------------------------------------------------------------------------------ */
 
-/* A number as an expression; a formula of this program over locals; a further local. NULL: no memory. */
-static const kmp_expr *read_as_expr(kmp_reader *r, const kmp_number *number)
-{
-    return kmp_number_expr(&r->model->arena, *number);
-}
-
 static const kmp_expr *read_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
 {
-    const kmp_expr_scope scope = {.context = r->context, .arena = &r->model->arena, .file = r->file, .locals = locals};
-    return kmp_expr_parse(&scope, text);
-}
-
-static void add_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
-{
-    if (expr && locals->count < KMP_LOCALS_MOST)
-        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
+    return kmp_expr_formula(&r->model->arena, text, locals);
 }
 
 /* A positive length, NULL without the key or after an error. */
 static const kmp_expr *read_length(const geometry *c, const char *key, bool required)
 {
-    const kmp_yaml *node = required ? kmp_read_required(c->r, c->map, c->what, key) : kmp_yaml_get(c->map, key);
-    const char *of = kmp_reader_say(c->r, "the %s of %s", key, c->what);
-    kmp_number number;
-    if (!node || !kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &number) ||
-        !kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, number.value, ""))
-        return NULL;
-    return read_as_expr(c->r, &number);
+    return kmp_read_ruled_key(c->r, c->map, c->what, key, required, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE);
 }
 
-static double value_of(const geometry *c, const kmp_expr *e)
+static double number_of(const kmp_reader *r, const kmp_expr *e)
 {
-    return kmp_expr_value(e, c->r->parameter_values);
+    return e ? kmp_expr_value(e, r->parameter_values) : NAN;
 }
 
 /* -- places ---------------------------------------------------------------------------------------------- */
@@ -130,7 +108,7 @@ static bool place_by_coordinates(const geometry *c, const kmp_body *body, plane_
     if (!turn || !turn->rotation || axis_of(turn->axis) < 0)
         return false;
     kmp_expr_locals locals = {0};
-    add_local(&locals, "a", coordinate(c->r, KMP_EXPR_Q, body, 3));
+    kmp_local_put(&locals, "a", coordinate(c->r, KMP_EXPR_Q, body, 3));
     *out = (plane_motion){.normal = axis_of(turn->axis)};
     for (int k = 0; k < 2; k++)
         out->place[k] = coordinate(c->r, KMP_EXPR_Q, body, 1 + k);
@@ -151,12 +129,11 @@ static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, 
             return true;
     int k = kmp_name_find(KMP_NAMED(model, closure), name);
     if (k < 0 || model->closures[k].point[0] < 0)
-        return kmp_reader_complain(c->r, node->place, "%s: '%s' is not a joint with clearance", c->what, node->text);
+        return KMP_COMPLAIN(c, node, "'%s' is not a joint with clearance", node->text);
     if (axis_of(model->closures[k].axis[0]) < 0)
-        return kmp_reader_complain(c->r, node->place, "%s: the axis of a clearance is x, y or z of its points",
-                                   c->what);
+        return KMP_COMPLAIN(c, node, "the axis of a clearance is x, y or z of its points");
     if (guide && axis_of(model->closures[k].axis[1]) != axis_of(model->closures[k].axis[0]))
-        return kmp_reader_complain(c->r, node->place, "%s: both points of a guide need the same axis", c->what);
+        return KMP_COMPLAIN(c, node, "both points of a guide need the same axis");
     place_between(c, model->closures[k].point, axis_of(model->closures[k].axis[0]), out);
     return true;
 }
@@ -165,8 +142,8 @@ static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, 
 static const kmp_expr *over_clearance(const geometry *g, const char *formula, const kmp_expr *x, const kmp_expr *c)
 {
     kmp_expr_locals locals = {0};
-    add_local(&locals, "x", x);
-    add_local(&locals, "c", c);
+    kmp_local_put(&locals, "x", x);
+    kmp_local_put(&locals, "c", c);
     return locals.count == 2 ? read_formula(g->r, formula, &locals) : NULL;
 }
 
@@ -174,8 +151,8 @@ static const kmp_expr *over_clearance(const geometry *g, const char *formula, co
 
 static void place_journal(const geometry *c)
 {
-    const kmp_yaml *node = kmp_yaml_get(c->map, "journal"), *axis = kmp_yaml_get(c->map, "axis");
-    int about = axis ? kmp_read_choice(c->r, axis, c->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2, point[2];
+    const kmp_yaml *node = kmp_yaml_get(c->map, "journal");
+    int about = kmp_read_choice_of(c->r, c->map, "axis", c->what, kmp_axis_letters, "the axis is", 2), point[2];
     plane_motion motion;
     if (node->kind == KMP_YAML_SCALAR) {
         if (!place_in_joint(c, node, false, &motion))
@@ -206,8 +183,8 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     journal->clearance = read_length(&c, "clearance", true);
     journal->radius = read_length(&c, "radius", false);
     journal->ball = kmp_yaml_get(map, "socket") != NULL;
-    if (journal->radius && journal->clearance && value_of(&c, journal->clearance) >= value_of(&c, journal->radius))
-        kmp_reader_complain(r, map->place, "%s: the clearance is not less than the radius of the bearing", what);
+    if (number_of(r, journal->clearance) >= number_of(r, journal->radius))
+        kmp_complain_of(r, map, what, "the clearance is not less than the radius of the bearing");
     if (journal->ball)
         place_ball(&c);
     else
@@ -227,13 +204,13 @@ static const kmp_expr *rate_of(kmp_reader *r, const kmp_expr *of)
 static const kmp_expr *slip_of(kmp_reader *r, const kmp_force *force, const kmp_journal *journal)
 {
     kmp_expr_locals locals = {0};
-    add_local(&locals, "c", journal->clearance);
-    add_local(&locals, "r", journal->radius);
-    add_local(&locals, "x", force->vector[0]);
-    add_local(&locals, "y", force->vector[1]);
-    add_local(&locals, "u", rate_of(r, force->vector[0]));
-    add_local(&locals, "v", rate_of(r, force->vector[1]));
-    add_local(&locals, "w", force->vector[2]);
+    kmp_local_put(&locals, "c", journal->clearance);
+    kmp_local_put(&locals, "r", journal->radius);
+    kmp_local_put(&locals, "x", force->vector[0]);
+    kmp_local_put(&locals, "y", force->vector[1]);
+    kmp_local_put(&locals, "u", rate_of(r, force->vector[0]));
+    kmp_local_put(&locals, "v", rate_of(r, force->vector[1]));
+    kmp_local_put(&locals, "w", force->vector[2]);
     return locals.count == 7 ? read_formula(r, "(x*v - y*u)/c + (r - c)*w", &locals) : NULL;
 }
 
@@ -242,8 +219,8 @@ static void read_ball_surfaces(kmp_reader *r, const kmp_force *force, const kmp_
                                kmp_contact_pair *pair)
 {
     kmp_expr_locals locals = {0};
-    add_local(&locals, "c", journal->clearance);
-    add_local(&locals, "r", journal->radius);
+    kmp_local_put(&locals, "c", journal->clearance);
+    kmp_local_put(&locals, "r", journal->radius);
     const kmp_expr *inner = locals.count == 2 ? read_formula(r, "r - c", &locals) : NULL;
     if (!inner)
         return;
@@ -258,10 +235,10 @@ static void read_ball_surfaces(kmp_reader *r, const kmp_force *force, const kmp_
 void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair)
 {
     kmp_expr_locals locals = {0};
-    add_local(&locals, "c", journal->clearance);
-    add_local(&locals, "x", force->vector[0]);
-    add_local(&locals, "y", force->vector[1]);
-    add_local(&locals, "z", journal->ball ? force->vector[2] : NULL);
+    kmp_local_put(&locals, "c", journal->clearance);
+    kmp_local_put(&locals, "x", force->vector[0]);
+    kmp_local_put(&locals, "y", force->vector[1]);
+    kmp_local_put(&locals, "z", journal->ball ? force->vector[2] : NULL);
     *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}, .clearance = journal->clearance};
     pair->gap = read_formula(r, journal->ball ? "(c - (x^2 + y^2 + z^2)/c)/2" : "(c - (x^2 + y^2)/c)/2", &locals);
     if (journal->radius && journal->ball)
@@ -293,11 +270,11 @@ static bool find_corner(const geometry *c, const plane_motion *motion, int corne
     const char *l = corners[corner].along > 0 ? "l/2" : "(-l/2)", *h = corners[corner].across > 0 ? "h/2" : "(-h/2)";
     kmp_expr_locals locals = {0};
     for (int k = 0; k < 3; k++)
-        add_local(&locals, names[k], read_length(c, keys[k], true));
-    add_local(&locals, "a", motion->place[0]);
-    add_local(&locals, "b", motion->place[1]);
-    add_local(&locals, "c", motion->cosine);
-    add_local(&locals, "s", motion->sine);
+        kmp_local_put(&locals, names[k], read_length(c, keys[k], true));
+    kmp_local_put(&locals, "a", motion->place[0]);
+    kmp_local_put(&locals, "b", motion->place[1]);
+    kmp_local_put(&locals, "c", motion->cosine);
+    kmp_local_put(&locals, "s", motion->sine);
     if (locals.count < 7)
         return false;
     const char *one = kmp_reader_say(c->r, "(a + c*%s - s*%s)", first ? l : h, first ? h : l);
@@ -318,12 +295,12 @@ bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_fo
     const kmp_yaml *axis = kmp_read_required(r, map, what, "axis");
     plane_motion motion = {0};
     *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
-    int corner = word ? kmp_read_choice(r, word, what, KMP_NAMES(corners, 4), "the corner is", " or ") : -1;
-    int along = axis ? kmp_read_choice(r, axis, what, KMP_NAMES_OF(axes), "the axis is", " or ") : -1;
+    int corner = word ? kmp_read_choice(r, word, what, KMP_NAMES(corners, 4), "the corner is") : -1;
+    int along = axis ? kmp_read_choice(r, axis, what, kmp_axis_letters, "the axis is") : -1;
     if (corner < 0 || along < 0 || !place_in_joint(&c, node, true, &motion))
         return false;
     if (along == motion.normal)
-        return kmp_reader_complain(r, axis->place, "%s: the guide is along the normal of the plane of motion", what);
+        return kmp_complain_of(r, axis, what, "the guide is along the normal of the plane of motion");
     return find_corner(&c, &motion, corner, along == (motion.normal + 1) % 3, pair, &force->vector[0]);
 }
 
@@ -367,56 +344,33 @@ typedef struct contact {
 
 /* -- numbers --------------------------------------------------------------------------------------- */
 
-/* One number of a node; NULL after an error. */
-static const kmp_expr *read_one(const contact *c, const kmp_yaml *node, const char *key, kmp_dimension wanted,
-                                kmp_field_rule rule)
-{
-    kmp_number number;
-    const char *name = kmp_reader_say(c->r, "the %s of %s", key, c->what);
-    if (!kmp_read_number(c->r, node, name, wanted, &number) ||
-        !kmp_check_rule(c->r, node, name, rule, number.value, ""))
-        return NULL;
-    return read_as_expr(c->r, &number);
-}
-
 /* The number of a key, NULL without it or after an error. */
 static const kmp_expr *read_given(const contact *c, const char *key, kmp_dimension wanted, kmp_field_rule rule)
 {
-    const kmp_yaml *node = kmp_yaml_get(c->map, key);
-    return node ? read_one(c, node, key, wanted, rule) : NULL;
+    return kmp_read_ruled_key(c->r, c->map, c->what, key, false, wanted, rule);
 }
 
 /* The k-th of one or two numbers, one for both. */
 static const kmp_expr *read_of_two(const contact *c, const char *key, int k, kmp_field_rule rule)
 {
     const kmp_yaml *node = kmp_yaml_get(c->map, key);
-    kmp_number absent = {0};
-    if (!node && kmp_key_default(contact_keys, key, 1, &absent.value))
-        return read_as_expr(c->r, &absent);
-    if (node && node->kind == KMP_YAML_LIST &&
-        !kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), 2))
-        return NULL;
-    if (node && node->kind == KMP_YAML_LIST)
-        node = node->items[k];
-    return node ? read_one(c, node, key, kmp_key_dimension(contact_keys, key), rule) : NULL;
-}
-
-static double number_of(const contact *c, const kmp_expr *e)
-{
-    return e ? kmp_expr_value(e, c->r->parameter_values) : NAN;
+    kmp_number number = {0};
+    if (!node && kmp_key_default(contact_keys, key, 1, &number.value))
+        return kmp_number_expr(&c->r->model->arena, number);
+    if (!node || node->kind != KMP_YAML_LIST)
+        return read_given(c, key, kmp_key_dimension(contact_keys, key), rule);
+    return kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), 2) &&
+                   kmp_read_ruled(c->r, node->items[k], kmp_reader_say(c->r, "the %s of %s", key, c->what),
+                                  kmp_key_dimension(contact_keys, key), rule, &number)
+               ? kmp_number_expr(&c->r->model->arena, number)
+               : NULL;
 }
 
 /* -- law ------------------------------------------------------------------------------------------- */
 
-/* True if a text has a word. */
 static bool mentions(const char *text, const char *word)
 {
-    size_t n = strlen(word);
-    for (const char *at = strstr(text, word); at; at = strstr(at + 1, word))
-        if ((at == text || !strchr("abcdefghijklmnopqrstuvwxyz_", at[-1])) &&
-            !(at[n] && strchr("abcdefghijklmnopqrstuvwxyz_", at[n])))
-            return true;
-    return false;
+    return kmp_text_behind_word(text, word);
 }
 
 /* The row of a word: of two the one whose number is given, otherwise the first. */
@@ -453,10 +407,10 @@ static const kmp_expr *radius_of_sides(const contact *c)
 {
     const kmp_contact_pair *touch = &c->force->touch;
     kmp_expr_locals locals = {0};
-    add_local(&locals, "a", read_as_expr(c->r, &touch->radius[0]));
+    kmp_local_put(&locals, "a", kmp_number_expr(&c->r->model->arena, touch->radius[0]));
     if (touch->side[1].shape == KMP_TOUCH_PLANE)
         return read_formula(c->r, "a", &locals);
-    add_local(&locals, "b", read_as_expr(c->r, &touch->radius[1]));
+    kmp_local_put(&locals, "b", kmp_number_expr(&c->r->model->arena, touch->radius[1]));
     return read_formula(c->r, touch->side[1].hollow ? "a*b/(b - a)" : "a*b/(a + b)", &locals);
 }
 
@@ -469,18 +423,18 @@ static const kmp_expr *reduced_radius(const contact *c)
     if (made->form == KMP_COMPLIANT_JOURNAL) {
         if (!made->radius)
             kmp_read_required(c->r, c->map, c->what, "radius");
-        add_local(&locals, "a", made->radius);
-        add_local(&locals, "c", made->clearance);
+        kmp_local_put(&locals, "a", made->radius);
+        kmp_local_put(&locals, "c", made->clearance);
         return locals.count == 2 ? read_formula(c->r, "a*(a - c)/c", &locals) : NULL;
     }
     if (!radii && is_of_spheres(&c->force->touch))
         return radius_of_sides(c);
     if (!radii)
         kmp_read_required(c->r, c->map, c->what, "radii");
-    add_local(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
     if (!radii || radii->kind != KMP_YAML_LIST)
         return locals.count == 1 ? read_formula(c->r, "a", &locals) : NULL;
-    add_local(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
     return locals.count == 2 ? read_formula(c->r, "a*b/(a + b)", &locals) : NULL;
 }
 
@@ -491,27 +445,24 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
     kmp_dimension depth = kmp_dimension_power(turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, exponent);
     kmp_dimension wanted = kmp_dimension_times(turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, depth, -1);
     if (given && young)
-        kmp_reader_complain(c->r, young->place, "%s: 'stiffness' and 'young' exclude each other", c->what);
+        KMP_COMPLAIN(c, young, "'stiffness' and 'young' exclude each other");
     if (given || !young) {
         (void)kmp_read_required(c->r, c->map, c->what, "stiffness");
         return read_given(c, "stiffness", wanted, KMP_FIELD_POSITIVE);
     }
     if (exponent != 1.5)
-        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' has the exponent 1.5, not %g", c->what,
-                            exponent);
+        KMP_COMPLAIN(c, young, "the stiffness by 'young' has the exponent 1.5, not %g", exponent);
     /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
     kmp_expr_locals locals = {0};
-    add_local(&locals, "reduced", reduced_radius(c));
-    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "reduced", reduced_radius(c));
+    kmp_local_put(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    kmp_local_put(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    kmp_local_put(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
     if (locals.count < 5)
         return NULL;
-    if (!(number_of(c, locals.local[0].expr) > 0)) {
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the radii do not touch from outside: their sum of curvatures is not positive",
-                            c->what);
+    if (!(number_of(c->r, locals.local[0].expr) > 0)) {
+        KMP_COMPLAIN(c, c->map, "the radii do not touch from outside: their sum of curvatures is not positive");
         return NULL;
     }
     return read_formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals);
@@ -519,13 +470,13 @@ static const kmp_expr *read_stiffness(const contact *c, double exponent)
 
 static const kmp_expr *read_exponent(const contact *c, bool has)
 {
-    kmp_number absent = {.value = has ? 1.5 : 1};
+    const kmp_number absent = {.value = has ? 1.5 : 1};
     const kmp_yaml *node = kmp_yaml_get(c->map, "exponent");
     const kmp_expr *e = node && has ? read_given(c, "exponent", KMP_DIM_NUMBER, KMP_FIELD_POSITIVE) : NULL;
-    if (e && number_of(c, e) < 1)
+    if (number_of(c->r, e) < 1)
         kmp_reader_complain(c->r, node->place, "the exponent of %s is %g: it must be at least 1", c->what,
-                            number_of(c, e));
-    return e ? e : read_as_expr(c->r, &absent);
+                            number_of(c->r, e));
+    return e ? e : kmp_number_expr(&c->r->model->arena, absent);
 }
 
 /* Numbers that the law does not have. */
@@ -534,8 +485,7 @@ static void refuse_numbers(const contact *c, const law_row *row, const char *con
     for (int k = 0; k < count; k++) {
         const kmp_yaml *node = kmp_yaml_get(c->map, names[k]);
         if (node && (!row || !mentions(row->force, names[k])))
-            kmp_reader_complain(c->r, node->place, "%s: the law %s has no %s", c->what,
-                                row ? row->word : "by an expression", names[k]);
+            KMP_COMPLAIN(c, node, "the law %s has no %s", row ? row->word : "by an expression", names[k]);
     }
 }
 
@@ -545,15 +495,15 @@ static const kmp_expr *johnson_root(const contact *c)
 {
     enum { STEPS = 6 };
     kmp_expr_locals locals = {0};
-    add_local(&locals, "c", c->made->clearance);
-    add_local(&locals, "depth", &quantities[0]);
+    kmp_local_put(&locals, "c", c->made->clearance);
+    kmp_local_put(&locals, "depth", &quantities[0]);
     const kmp_expr *w = read_formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
     locals.count = 0;
-    add_local(&locals, "w", w);
+    kmp_local_put(&locals, "w", w);
     y = locals.count ? read_formula(c->r, "w + log(w)", &locals) : NULL;
     for (int k = 0; k < STEPS && y; k++) {
         locals.count = 1;
-        add_local(&locals, "y", y);
+        kmp_local_put(&locals, "y", y);
         y = read_formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
     }
     return y;
@@ -564,23 +514,22 @@ static void read_johnson(contact *c)
 {
     kmp_expr_locals locals = {0};
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball) {
-        kmp_reader_complain(c->r, c->map->place, "%s: the law johnson holds only for a journal in its bearing",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "the law johnson holds only for a journal in its bearing");
         return;
     }
     if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))
         return;
-    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
-    add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
+    kmp_local_put(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    kmp_local_put(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    kmp_local_put(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    kmp_local_put(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
     if (locals.count < 5 || !c->made->clearance)
         return;
     c->made->limited = true;
-    add_local(&c->numbers, "modulus",
-              read_formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
-    add_local(&c->numbers, "y", johnson_root(c));
+    kmp_local_put(&c->numbers, "modulus",
+                  read_formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
+    kmp_local_put(&c->numbers, "y", johnson_root(c));
 }
 
 static void read_row(contact *c, const law_row *row)
@@ -596,19 +545,19 @@ static void read_row(contact *c, const law_row *row)
                 read_given(c, own[k], k == 1 && !c->force->turns ? kmp_dimension_of(row->unit) : KMP_DIM_NUMBER,
                            KMP_FIELD_NOT_NEGATIVE);
             if (k == 2) {
-                double value = number_of(c, e);
-                if (e && (value <= 0 || value > 1))
+                double value = number_of(c->r, e);
+                if (value <= 0 || value > 1)
                     kmp_reader_complain(c->r, kmp_yaml_get(c->map, "restitution")->place,
                                         "the restitution of %s is %g: it must be above 0 and at most 1", c->what,
                                         value);
             }
-            add_local(numbers, own[k], e);
+            kmp_local_put(numbers, own[k], e);
         }
-    add_local(numbers, "exponent", exponent);
+    kmp_local_put(numbers, "exponent", exponent);
     if (mentions(row->force, "modulus"))
         read_johnson(c);
     else
-        add_local(numbers, "stiffness", read_stiffness(c, number_of(c, exponent)));
+        kmp_local_put(numbers, "stiffness", read_stiffness(c, number_of(c->r, exponent)));
     if (c->r->wrong)
         return;
     c->made->law = row->word;
@@ -623,7 +572,7 @@ static void read_law(contact *c)
         return;
     const kmp_yaml *word = kmp_yaml_get(c->map, "law"), *own = kmp_yaml_get(c->map, "force");
     for (int k = 0; k < 3; k++)
-        add_local(&c->numbers, quantity_names[k], &quantities[k]);
+        kmp_local_put(&c->numbers, quantity_names[k], &quantities[k]);
     if (own) { /* the law of the user, over the same quantities */
         static const char *const numbers[] = {"stiffness", "exponent", "damping", "restitution",
                                               "young",     "poisson",  "radii"};
@@ -632,7 +581,7 @@ static void read_law(contact *c)
         c->force->effort =
             kmp_read_expr(c->r, own, c->what, c->force->turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, KMP_OF_LOADS);
         c->r->locals = NULL;
-    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0) {
+    } else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is") >= 0) {
         read_row(c, find_law(word->text, c->map));
     }
 }
@@ -658,8 +607,8 @@ static void read_friction(contact *c)
     c->force->holding_effort = node ? kmp_read_expr(r, node, what, KMP_DIM_NUMBER, KMP_OF_STATE) : NULL;
     r->locals = NULL;
     if (speed)
-        c->made->speed =
-            read_one(c, speed, "speed of friction", kmp_key_dimension(friction_keys, "speed"), KMP_FIELD_POSITIVE);
+        c->made->speed = kmp_read_ruled_key(r, map, what, "speed", false, kmp_key_dimension(friction_keys, "speed"),
+                                            KMP_FIELD_POSITIVE);
 }
 
 /* -- geometry -------------------------------------------------------------------------------------- */
@@ -712,8 +661,8 @@ static void refuse_keys(const contact *c)
                                                                : KMP_NAMES_OF(of_joints);
     int first = -1;
     if (kmp_count_keys(c->map, keys, &first) > 0)
-        kmp_reader_complain(c->r, kmp_yaml_get(c->map, kmp_name_at(keys, first))->place,
-                            "%s: the key '%s' does not belong to this contact", c->what, kmp_name_at(keys, first));
+        KMP_COMPLAIN(c, kmp_yaml_get(c->map, kmp_name_at(keys, first)), "the key '%s' does not belong to this contact",
+                     kmp_name_at(keys, first));
 }
 
 /* -- films of journals ------------------------------------------------------------------------------- */
@@ -758,25 +707,15 @@ static int find_film_law(kmp_reader *r, const kmp_yaml *node, const char *what)
             words[count] = film_rows[k].law;
             at[count++] = k;
         }
-    int found = kmp_read_choice(r, node, what, KMP_NAMES(words, count), "the law is", " or ");
+    int found = kmp_read_choice(r, node, what, KMP_NAMES(words, count), "the law is");
     return found < 0 ? -1 : at[found];
-}
-
-static const kmp_expr *read_film_number(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key)
-{
-    const kmp_yaml *node = kmp_read_required(r, map, what, key);
-    const char *of = kmp_reader_say(r, "the %s of %s", key, what);
-    kmp_number number;
-    if (!node || !kmp_read_number(r, node, of, kmp_key_dimension(film_keys, key), &number) ||
-        !kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, number.value, ""))
-        return NULL;
-    return read_as_expr(r, &number);
 }
 
 /* The film of a journal. NULL after an error. */
 static const kmp_film *read_film(kmp_reader *r, const kmp_yaml *map, const char *of, const kmp_expr *clearance,
                                  const kmp_expr *radius)
 {
+    static const char *const sizes[] = {"viscosity", "length", "least"};
     const char *what = kmp_reader_say(r, "film of %s", of);
     kmp_film *film = KMP_ARENA_NEW(&r->model->arena, kmp_film, 1);
     if (!film || !kmp_read_map(r, map, what, film_keys))
@@ -784,11 +723,12 @@ static const kmp_film *read_film(kmp_reader *r, const kmp_yaml *map, const char 
     const kmp_yaml *word = kmp_read_required(r, map, what, "law");
     int law = word ? find_film_law(r, word, what) : -1;
     kmp_expr_locals numbers = {0};
-    add_local(&numbers, "viscosity", read_film_number(r, map, what, "viscosity"));
-    add_local(&numbers, "length", read_film_number(r, map, what, "length"));
-    add_local(&numbers, "least", read_film_number(r, map, what, "least"));
-    add_local(&numbers, "clearance", clearance);
-    add_local(&numbers, "radius", radius);
+    for (int k = 0; k < 3; k++)
+        kmp_local_put(&numbers, sizes[k],
+                      kmp_read_ruled_key(r, map, what, sizes[k], true, kmp_key_dimension(film_keys, sizes[k]),
+                                         KMP_FIELD_POSITIVE));
+    kmp_local_put(&numbers, "clearance", clearance);
+    kmp_local_put(&numbers, "radius", radius);
     if (law < 0 || numbers.count < 5)
         return NULL;
     *film = (kmp_film){.law = film_rows[law].law};
@@ -798,15 +738,15 @@ static const kmp_film *read_film(kmp_reader *r, const kmp_yaml *map, const char 
     /* The steps of a law, of which the last two are its force. */
     kmp_expr_locals locals = {0};
     for (int k = 0; k < 4; k++)
-        add_local(&locals, place_names[k], &film_places[k]);
+        kmp_local_put(&locals, place_names[k], &film_places[k]);
     for (int k = law + 1; k < FILM_ROWS && !film_rows[k].law; k++) {
         const kmp_expr *step = read_formula(r, film_rows[k].formula, &locals);
-        add_local(&locals, film_rows[k].name, step);
+        kmp_local_put(&locals, film_rows[k].name, step);
         film->force[0] = film->force[1];
         film->force[1] = step;
     }
     if (film->most && kmp_expr_value(film->most, r->parameter_values) <= 0)
-        kmp_reader_complain(r, map->place, "%s: the least thickness of the film is not below the clearance", what);
+        kmp_complain_of(r, map, what, "the least thickness of the film is not below the clearance");
     return film;
 }
 
@@ -816,7 +756,7 @@ static void read_film_of(const contact *c)
     if (!map)
         return;
     if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball)
-        kmp_reader_complain(c->r, map->place, "%s: a journal in its bearing has a film, and this is none", c->what);
+        KMP_COMPLAIN(c, map, "a journal in its bearing has a film, and this is none");
     else if (kmp_read_required(c->r, c->map, c->what, "radius") && c->made->radius && c->made->clearance)
         c->made->film = read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
 }
@@ -849,15 +789,15 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     (void)kmp_key_default(contact_keys, "least_rate", 1, &least.value);
     const kmp_expr *given =
         node ? read_given(&c, "least_rate", kmp_key_dimension(contact_keys, "least_rate"), KMP_FIELD_POSITIVE)
-             : read_as_expr(c.r, &least);
+             : kmp_number_expr(&model->arena, least);
     if (c.made->state < 0 || !given)
         return;
     const kmp_measure_argument argument = {.point = -1, .axis = -1, .name = c.force->name};
     kmp_expr_locals locals = {0};
-    add_local(&locals, "least", given);
-    add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &argument));
+    kmp_local_put(&locals, "least", given);
+    kmp_local_put(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &argument));
     kmp_state *state = &model->states[c.made->state];
     state->next = read_formula(c.r, "max(rate, least)", &locals);
-    state->start = kmp_number_of(given, number_of(&c, given));
+    state->start = kmp_number_of(given, number_of(r, given));
     state->contact = 1 + (int)(c.force - model->forces);
 }

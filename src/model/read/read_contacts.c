@@ -11,6 +11,7 @@
 #include "model/language/expression_value.h"
 #include "model/read/outline_pairs.h"
 #include "model/read/read_cams.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_include.h"
 #include "model/read/read_outlines.h"
@@ -20,9 +21,7 @@
 #include <string.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
-#define PARALLEL  1e-12
-#define HALF_TURN 3.14159265358979323846
-
+#define PARALLEL 1e-12
 static const kmp_key contact_keys[] = {
 #include "model/read/contact_keys.def"
     {0}};
@@ -53,7 +52,7 @@ static void read_stop_of_cut(const reading *c, const kmp_cut_coordinate *cut, co
     kmp_number limit = {0};
     if (!gap || !kmp_read_number(c->r, node, of, unit, &limit))
         return;
-    if (cut->rotation && !(fabs(limit.value) < HALF_TURN))
+    if (cut->rotation && !(fabs(limit.value) < KMP_TURN / 2))
         kmp_reader_complain(c->r, node->place,
                             "%s: joint '%s' is cut, and its angle lies between -180 and 180 deg: let another joint of "
                             "its loop be cut, 'cut: yes'",
@@ -97,10 +96,9 @@ static void read_gap(const reading *c)
     c->touch->gap = gap;
     c->touch->turns = !kmp_dimension_fits(found, KMP_DIM_LENGTH);
     if (c->touch->turns && !kmp_dimension_fits(found, KMP_DIM_NUMBER))
-        kmp_reader_complain(c->r, node->place, "%s: the gap is a length or an angle", c->what);
+        KMP_COMPLAIN(c, node, "the gap is a length or an angle");
     if (kmp_expr_find(gap, kmp_expr_is_rate, NULL))
-        kmp_reader_complain(c->r, node->place, "%s: the gap may depend on t, q(..) and positions, not on rates",
-                            c->what);
+        KMP_COMPLAIN(c, node, "the gap may depend on t, q(..) and positions, not on rates");
 }
 
 /* -- sides --------------------------------------------------------------------------------------------------- */
@@ -110,19 +108,17 @@ static int read_letter(const reading *c, const kmp_yaml *map, bool normal)
 {
     static const char *const letters[] = {"x", "y", "z", "-x", "-y", "-z"};
     const char *key = normal ? "normal" : "axis";
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    int found = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES(letters, normal ? 6 : 3),
-                                       kmp_reader_say(c->r, "the %s is", key), " or ")
-                     : 2;
+    int found = kmp_read_choice_of(c->r, map, key, c->what, KMP_NAMES(letters, normal ? 6 : 3),
+                                   kmp_reader_say(c->r, "the %s is", key), 2);
     return found < 0 ? 2 : found;
 }
 
 static void read_radius(const reading *c, const kmp_yaml *map, int side)
 {
     const kmp_yaml *node = kmp_read_required(c->r, map, c->what, "radius");
-    const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
-    if (node && kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &c->touch->radius[side]))
-        (void)kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, c->touch->radius[side].value, "");
+    if (node)
+        (void)kmp_read_ruled(c->r, node, kmp_reader_say(c->r, "the radius of %s", c->what), KMP_DIM_LENGTH,
+                             KMP_FIELD_POSITIVE, &c->touch->radius[side]);
 }
 
 /* Reports keys that belong to another kind of side than `key`. */
@@ -130,7 +126,7 @@ static void refuse_key(const reading *c, const kmp_yaml *map, const char *other,
 {
     const kmp_yaml *node = kmp_yaml_get(map, other);
     if (node)
-        kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
+        KMP_COMPLAIN(c, node, "the key '%s' does not belong to a '%s'", other, key);
 }
 
 /* The first side as a follower on a cam. */
@@ -172,23 +168,19 @@ static bool read_second(const reading *c, const kmp_yaml *map)
     const int letter = read_letter(c, map, kind == 0);
     side->axis = letter % 3;
     side->against = letter >= 3;
+    const kmp_yaml *at = kind >= 3 ? kmp_read_required(c->r, map, c->what, "at") : kmp_yaml_get(map, key);
+    side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
     if (kind == 4) {
-        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at");
-        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
         side->axis = 2;
         if (!c->r->pair && !read_cam(c, kmp_yaml_get(map, "outline")))
             return false;
     } else if (kind == 3) {
-        const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
+        const kmp_yaml *node = kmp_yaml_get(map, "profile");
         side->table = kmp_read_table_name(c->r, node, c->what);
-        side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
         if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
-            kmp_reader_complain(c->r, node->place,
-                                "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
-                                "would have two normals",
-                                c->what, side->table->name);
-    } else {
-        side->point = kmp_read_point(c->r, kmp_yaml_get(map, key), c->what);
+            KMP_COMPLAIN(c, node,
+                         "a profile is a table by 'spline'; at corners of '%s' a contact would have two normals",
+                         side->table->name);
     }
     if (kind == 1 || kind == 2)
         read_radius(c, map, 1);
@@ -242,42 +234,35 @@ static void check_shapes(const reading *c)
     const kmp_touch_side *s = touch->side;
     bool folds = false;
     if (c->r->model->points[s[0].point].body == c->r->model->points[s[1].point].body)
-        kmp_reader_complain(c->r, c->map->place, "%s: both sides are on the same body", c->what);
+        KMP_COMPLAIN(c, c->map, "both sides are on the same body");
     if (s[0].shape == KMP_TOUCH_FACE && s[1].shape != KMP_TOUCH_CAM)
-        kmp_reader_complain(
-            c->r, c->map->place,
-            "%s: a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face "
-            "as the 'plane' that it touches",
-            c->what);
+        KMP_COMPLAIN(c, c->map,
+                     "a flat face touches an 'outline' that is a cam; on a sphere or a cylinder write the face as the "
+                     "'plane' that it touches");
     if (s[0].shape == KMP_TOUCH_FACE && s[1].shape == KMP_TOUCH_CAM &&
         !kmp_stays_across(c->r->model, &(kmp_measure_argument){.point = s[0].point, .axis = s[0].axis},
                           &(kmp_measure_argument){.point = s[1].point, .axis = 2}))
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the normal of the face does not stay in the plane of the cam, across its axis z",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "the normal of the face does not stay in the plane of the cam, across its axis z");
     if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape == KMP_TOUCH_SPHERE)
-        kmp_reader_complain(c->r, c->map->place, "%s: a cylinder on a sphere is written as 'sphere' on a 'cylinder'",
-                            c->what);
+        KMP_COMPLAIN(c, c->map, "a cylinder on a sphere is written as 'sphere' on a 'cylinder'");
     else if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape != KMP_TOUCH_PLANE &&
              !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: the axis of the first cylinder does not stay parallel to the axis of the %s", c->what,
-                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
-                            : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
-                                                            : "second one");
+        KMP_COMPLAIN(c, c->map, "the axis of the first cylinder does not stay parallel to the axis of the %s",
+                     s[1].shape == KMP_TOUCH_PROFILE ? "profile, z"
+                     : s[1].shape == KMP_TOUCH_CAM   ? "cam, z"
+                                                     : "second one");
     if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
-        kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
-                            touch->radius[0].value, touch->radius[1].value);
+        KMP_COMPLAIN(c, c->map, "radius %.6g m does not fit inside radius %.6g m", touch->radius[0].value,
+                     touch->radius[1].value);
     if (s[1].shape != KMP_TOUCH_PROFILE || !s[1].table || !s[1].table->table)
         return;
     kmp_reader_fix(c->r, &touch->radius[0]);
     kmp_table *curve = kmp_parallel_curve(s[1].table->table, touch->radius[0].value, &folds);
     kmp_table_free(curve);
     if (folds)
-        kmp_reader_complain(c->r, c->map->place,
-                            "%s: somewhere the profile is hollow with a smaller radius than "
-                            "%.6g m: it would touch at two places",
-                            c->what, touch->radius[0].value);
+        KMP_COMPLAIN(c, c->map,
+                     "somewhere the profile is hollow with a smaller radius than %.6g m: it would touch at two places",
+                     touch->radius[0].value);
 }
 
 bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_contact_pair *touch)
@@ -350,19 +335,6 @@ static kmp_force *add_force(kmp_reader *r, const char *name, kmp_place place, km
     return force;
 }
 
-static void add_row(kmp_reader *r, kmp_force *force, kmp_closure_kind kind)
-{
-    kempe_model *model = r->model;
-    force->closure = model->closure_count++;
-    model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = kind,
-                                                    .place = force->place,
-                                                    .point = {-1, -1},
-                                                    .motion = -1,
-                                                    .force = (int)(force - model->forces),
-                                                    .power = force->turns ? 0 : 1};
-}
-
 static bool read_restitution(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_number *number)
 {
     const kmp_yaml *node = kmp_read_required(r, map, what, "restitution");
@@ -389,7 +361,7 @@ static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_n
     friction->level = mu;
     friction->contact = 1 + (int)(contact - r->model->forces);
     friction->across = across;
-    add_row(r, friction, KMP_CLOSURE_friction);
+    kmp_add_row(r, friction, KMP_CLOSURE_friction, friction->turns);
 }
 
 /* NAME_friction; of a pair of outlines NAME_friction.K. */
@@ -405,8 +377,8 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
     const kmp_yaml *node = kmp_yaml_get(map, "friction");
     const char *of = kmp_reader_say(r, "the friction of %s", what);
     kmp_number mu = {0};
-    if (!node || !kmp_read_number(r, node, of, KMP_DIM_NUMBER, &mu) ||
-        !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, mu.value, "") || (mu.value == 0 && !mu.expr))
+    if (!node || !kmp_read_ruled(r, node, of, KMP_DIM_NUMBER, KMP_FIELD_NOT_NEGATIVE, &mu) ||
+        (mu.value == 0 && !mu.expr))
         return;
     const kmp_contact_pair *touch = &contact->touch;
     bool along = touch->way || touch->slip;
@@ -454,13 +426,13 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
                                        "least_rate", "film",      "clearance", "length",  "corner", "height"};
     int first = -1, count = of_joint ? 9 : 13;
     if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
-        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
-                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
+        kmp_complain_of(r, kmp_yaml_get(map, keys[first]), what,
+                        "the key '%s' belongs to a contact with a 'law', or with a 'force'", keys[first]);
     if (!kmp_read_map(r, map, what, contact_keys) || !read_geometry(r, map, what, force) ||
         !read_restitution(r, map, what, &force->restitution))
         return;
     force->turns = force->touch.turns;
-    add_row(r, force, KMP_CLOSURE_touch);
+    kmp_add_row(r, force, KMP_CLOSURE_touch, force->turns);
     read_friction(r, map, what, force);
 }
 
@@ -491,14 +463,11 @@ static bool check_pieces(kmp_reader *r, const kmp_section *s)
     kmp_outline_contact_outlines(r, s->node, outline);
     for (int k = 0; k < 2; k++)
         if (outline[k] && outline[k]->cam)
-            return kmp_reader_complain(
-                r, s->node->place,
-                "%s: the outline '%s' is a cam, which points, spheres, cylinders and flat faces touch", s->what,
-                outline[k]->name);
-    return !face ||
-           kmp_reader_complain(r, face->place,
-                               "%s: a flat face touches an outline that is a cam; write the face as a 'segment' here",
-                               s->what);
+            return kmp_complain_of(r, s->node, s->what,
+                                   "the outline '%s' is a cam, which points, spheres, cylinders and flat faces touch",
+                                   outline[k]->name);
+    return !face || kmp_complain_of(r, face, s->what,
+                                    "a flat face touches an outline that is a cam; write the face as a 'segment' here");
 }
 
 /* Each pair of a circle and a piece is a separate contact: NAME.1, NAME.2, .. */
@@ -508,9 +477,8 @@ static void read_pairs(kmp_reader *r, const kmp_section *s)
     if (!check_pieces(r, s))
         return;
     if (kmp_contact_keeps_rate(s->node)) {
-        kmp_reader_complain(r, s->node->place,
-                            "%s: laws with 'impact' keep one rate, and an outline has many pieces: take another law",
-                            s->what);
+        kmp_complain_of(r, s->node, s->what,
+                        "laws with 'impact' keep one rate, and an outline has many pieces: take another law");
         return;
     }
     const int count = kmp_outline_pairs(r, s->node, s->what, &pairs);

@@ -6,6 +6,7 @@
 #include "model/flexible/beam.h"
 #include "model/language/expression_value.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_bodies.h"
 #include "model/read/read_modal_body.h"
 #include "model/read/read_values.h"
 #include <math.h>
@@ -54,17 +55,34 @@ static const char *say(const entry *e, const char *key)
     return kmp_reader_say(e->r, "%s of the beam of %s", key, e->body);
 }
 
+/* Of an error that has been reported. */
 static bool fail(entry *e)
 {
     e->wrong = true;
     return false;
 }
 
+/* An error at a place. */
+static bool complain(entry *e, const kmp_yaml *at, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static bool complain(entry *e, const kmp_yaml *at, const char *format, ...)
+{
+    kmp_text sentence = {0};
+    KMP_TEXT_ARGUMENTS(&sentence, format);
+    kmp_reader_complain(e->r, at->place, "%s", kmp_reader_take(e->r, &sentence));
+    return fail(e);
+}
+
+/* The mapping of a part of the body: "the PART of body 'rod'". */
+static bool read_map(entry *e, const kmp_yaml *map, const char *part, const kmp_key *keys)
+{
+    return kmp_read_map(e->r, map, kmp_reader_say(e->r, "%s of %s", part, e->body), keys) || fail(e);
+}
+
 /* A number without a separate name: the constants that it is a part of have none. */
 static bool read_unnamed(entry *e, const kmp_yaml *node, const char *what, kmp_field_rule rule, kmp_dimension unit,
                          kmp_number *number)
 {
-    if (!kmp_read_number(e->r, node, what, unit, number) || !kmp_check_rule(e->r, node, what, rule, number->value, ""))
+    if (!kmp_read_ruled(e->r, node, what, unit, rule, number))
         return fail(e);
     number->symbol = 0;
     return true;
@@ -79,8 +97,7 @@ static bool read_wanted(entry *e, const kmp_yaml *map, const kmp_key *keys, cons
         return read_unnamed(e, node, say(e, key), KMP_FIELD_POSITIVE, kmp_key_dimension(keys, key), number);
     if (!reason[0])
         return false;
-    kmp_reader_complain(e->r, map->place, "the beam of %s has no key '%s': %s", e->body, key, reason);
-    return fail(e);
+    return complain(e, map, "the beam of %s has no key '%s': %s", e->body, key, reason);
 }
 
 /* A number, or two of a list. */
@@ -99,24 +116,21 @@ static bool read_two(entry *e, const kmp_yaml *map, const char *key, const char 
     return good || fail(e);
 }
 
-/* yes or no; `absent` without the key. */
-static bool read_flag(entry *e, const kmp_yaml *map, const char *key, bool absent)
-{
-    static const char *const words[] = {"no", "yes"};
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    const char *what = kmp_reader_say(e->r, "%s of %s", key, e->body);
-    int found = node ? kmp_read_choice(e->r, node, what, KMP_NAMES_OF(words), "the word is", " or ") : absent;
-    return found < 0 ? fail(e) : found;
-}
-
 static int read_word(entry *e, const kmp_yaml *map, const char *key, kmp_name_list words, int absent)
 {
-    const kmp_yaml *node = kmp_yaml_get(map, key);
     const char *what = kmp_reader_say(e->r, "%s of %s", key, e->body);
-    int found = node ? kmp_read_choice(e->r, node, what, words, "the word is", " or ") : absent;
+    int found = kmp_read_choice_of(e->r, map, key, what, words, "the word is", absent);
     if (found < 0)
         fail(e);
     return found < 0 ? absent : found;
+}
+
+/* yes or no; `absent` without the key. */
+static bool read_flag(entry *e, const kmp_yaml *map, const char *key, bool absent)
+{
+    const char *what = kmp_reader_say(e->r, "%s of %s", key, e->body);
+    int found = kmp_read_choice_of(e->r, map, key, what, kmp_no_or_yes, "the word is", absent);
+    return found < 0 ? fail(e) : found;
 }
 
 static bool has(const entry *e, int family)
@@ -291,11 +305,9 @@ static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bo
         const kmp_yaml *own = one ? node : node->items[k];
         good = read_unnamed(e, own, what, at_end ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, KMP_DIM_LENGTH, &d[k]);
     }
-    if (good && ring && !(d[0].value > d[1].value)) {
-        kmp_reader_complain(e->r, node->place, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m",
-                            what, d[0].value, d[1].value);
-        return fail(e);
-    }
+    if (good && ring && !(d[0].value > d[1].value))
+        return complain(e, node, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m", what,
+                        d[0].value, d[1].value);
     return good;
 }
 
@@ -339,8 +351,8 @@ static void read_integral(entry *e, const kmp_yaml *map, const char *key, const 
 static bool read_integrals(entry *e, const kmp_yaml *map, section *s)
 {
     static const char *const moments[2] = {"Iz", "Iy"}, *const parts[2] = {"ky", "kz"};
-    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the section of %s", e->body), section_number_keys))
-        return fail(e);
+    if (!read_map(e, map, "the section", section_number_keys))
+        return false;
     read_integral(e, map, "A", "a section has an area", &s->area);
     for (int k = 0; k < 2; k++) {
         const char *bends = k == 0 ? "shapes along y need it" : "shapes along z need it";
@@ -371,23 +383,19 @@ static void check_kind(entry *e, const kmp_yaml *node, const char *kind)
     if (!other)
         return;
     if (strcmp(kind, "numbers") == 0)
-        kmp_reader_complain(e->r, node->place,
-                            "the beam of %s has a section by its integrals, which have no dimensions to taper: give "
-                            "'rectangle', 'circle' or 'tube'",
-                            e->body);
+        complain(e, node,
+                 "the beam of %s has a section by its integrals, which have no dimensions to taper: give "
+                 "'rectangle', 'circle' or 'tube'",
+                 e->body);
     else if (strcmp(kind, other) != 0)
-        kmp_reader_complain(e->r, node->place,
-                            "the beam of %s begins with the section '%s' and tapers to '%s': all of its sections are "
-                            "of one kind",
-                            e->body, kind, other);
+        complain(e, node,
+                 "the beam of %s begins with the section '%s' and tapers to '%s': all of its sections are of one kind",
+                 e->body, kind, other);
     else if (e->beam.sheared)
-        kmp_reader_complain(e->r, node->place,
-                            "the beam of %s has a taper and 'shear: yes': its shear strain is not a polynomial; remove "
-                            "one of the two",
-                            e->body);
-    else
-        return;
-    fail(e);
+        complain(e, node,
+                 "the beam of %s has a taper and 'shear: yes': its shear strain is not a polynomial; remove "
+                 "one of the two",
+                 e->body);
 }
 
 /* Station i of a taper, over the length: 0 first, 1 last, ascending, and the same for all parameters. */
@@ -404,33 +412,25 @@ static void read_taper_station(entry *e, const kmp_yaml *at, int i, double *xi)
     }
     xi[i] = x.value / length;
     if (i == 0 && fabs(xi[0]) > rounding)
-        kmp_reader_complain(e->r, node->place, "%s is %.6g m: the first one is 0, where the beam begins", what,
-                            x.value);
+        complain(e, node, "%s is %.6g m: the first one is 0, where the beam begins", what, x.value);
     else if (i == at->count - 1 && fabs(xi[i] - 1) > rounding)
-        kmp_reader_complain(e->r, node->place, "%s is %.6g m: the last one is the end of the beam, %.6g m", what,
-                            x.value, length);
+        complain(e, node, "%s is %.6g m: the last one is the end of the beam, %.6g m", what, x.value, length);
     else if (i > 0 && !(xi[i] - xi[i - 1] > rounding))
-        kmp_reader_complain(e->r, node->place, "%s is %.6g m, which is not beyond the one before it, %.6g m", what,
-                            x.value, xi[i - 1] * length);
+        complain(e, node, "%s is %.6g m, which is not beyond the one before it, %.6g m", what, x.value,
+                 xi[i - 1] * length);
     else if (!is_fixed_part(e, x))
-        kmp_reader_complain(
-            e->r, node->place,
-            "%s depends on parameters, so that its part of the length does: write it as a fixed part of "
-            "the length, such as L/2 of a length L",
-            what);
-    else
-        return;
-    fail(e);
+        complain(e, node,
+                 "%s depends on parameters, so that its part of the length does: write it as a fixed part of "
+                 "the length, such as L/2 of a length L",
+                 what);
 }
 
 /* {at: [..], section: [..]} */
 static void read_stations(entry *e, const kmp_yaml *taper, sections *all)
 {
     const char *what = kmp_reader_say(e->r, "the taper of %s", e->body);
-    if (!kmp_read_map(e->r, taper, what, taper_keys)) {
-        fail(e);
+    if (!read_map(e, taper, "the taper", taper_keys))
         return;
-    }
     const kmp_yaml *at = kmp_read_required(e->r, taper, what, "at"),
                    *list = kmp_read_required(e->r, taper, what, "section");
     if (!at || !list || !kmp_read_list(e->r, at, kmp_reader_say(e->r, "'at' of %s", what), -1) ||
@@ -439,10 +439,8 @@ static void read_stations(entry *e, const kmp_yaml *taper, sections *all)
         return;
     }
     if (at->count < 2 || at->count != list->count) {
-        kmp_reader_complain(e->r, list->place,
-                            "%s has %d station%s and %d section%s: two or more are expected, and as many of both", what,
-                            at->count, at->count == 1 ? "" : "s", list->count, list->count == 1 ? "" : "s");
-        fail(e);
+        complain(e, list, "%s has %d station%s and %d section%s: two or more are expected, and as many of both", what,
+                 at->count, at->count == 1 ? "" : "s", list->count, list->count == 1 ? "" : "s");
         return;
     }
     all->count = at->count;
@@ -459,13 +457,11 @@ static bool find_sections(entry *e, const kmp_yaml *beam, sections *all)
 {
     static const double ends[2] = {0, 1};
     const kmp_yaml *map = kmp_yaml_get(beam, "section"), *taper = kmp_yaml_get(beam, "taper");
-    if (map && has_stations(taper)) {
-        kmp_reader_complain(e->r, map->place,
-                            "the beam of %s has a section and a taper with stations, which has all of its sections: "
-                            "remove 'section'",
-                            e->body);
-        return fail(e);
-    }
+    if (map && has_stations(taper))
+        return complain(e, map,
+                        "the beam of %s has a section and a taper with stations, which has all of its sections: "
+                        "remove 'section'",
+                        e->body);
     if (has_stations(taper)) {
         read_stations(e, taper, all);
     } else {
@@ -510,30 +506,25 @@ static bool read_shear_modulus(entry *e, const kmp_yaml *map, kmp_number young, 
                                kmp_number *poisson)
 {
     const kmp_yaml *shear = kmp_yaml_get(map, "shear"), *ratio = kmp_yaml_get(map, "poisson");
-    if (shear && ratio) {
-        kmp_reader_complain(e->r, ratio->place,
-                            "the beam of %s has a shear modulus, which gives Poisson's ratio: remove one of the two",
-                            e->body);
-        return fail(e);
-    }
+    if (shear && ratio)
+        return complain(e, ratio,
+                        "the beam of %s has a shear modulus, which gives Poisson's ratio: remove one of the two",
+                        e->body);
     if (shear &&
         read_unnamed(e, shear, say(e, "shear"), KMP_FIELD_POSITIVE, kmp_key_dimension(beam_keys, "shear"), modulus))
         *poisson = plus(e, over(e, young, scale(e, 2, *modulus)), number(-1));
     if (ratio && !kmp_read_number(e->r, ratio, say(e, "poisson"), KMP_DIM_NUMBER, poisson))
         return fail(e);
-    if (ratio && !(poisson->value > -1 && poisson->value <= 0.5)) {
-        kmp_reader_complain(e->r, ratio->place, "%s is %.6g: it must be more than -1 and at most 0.5",
-                            say(e, "poisson"), poisson->value);
-        return fail(e);
-    }
+    if (ratio && !(poisson->value > -1 && poisson->value <= 0.5))
+        return complain(e, ratio, "%s is %.6g: it must be more than -1 and at most 0.5", say(e, "poisson"),
+                        poisson->value);
     poisson->symbol = 0;
     if (ratio)
         *modulus = over(e, young, scale(e, 2, plus(e, number(1), *poisson)));
     if (shear || ratio || (!has(e, KMP_BEAM_TORSION) && !e->beam.sheared))
         return !e->wrong;
-    kmp_reader_complain(e->r, map->place, "the beam of %s has neither 'shear' nor 'poisson': %s needs one of them",
-                        e->body, has(e, KMP_BEAM_TORSION) ? "torsion" : "'shear: yes'");
-    return fail(e);
+    return complain(e, map, "the beam of %s has neither 'shear' nor 'poisson': %s needs one of them", e->body,
+                    has(e, KMP_BEAM_TORSION) ? "torsion" : "'shear: yes'");
 }
 
 static void read_by_section(entry *e, const kmp_yaml *map)
@@ -543,12 +534,9 @@ static void read_by_section(entry *e, const kmp_yaml *map)
     kmp_beam *b = &e->beam;
     section s = {.area = {0}};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
-        if (kmp_yaml_get(map, others[k])) {
-            kmp_reader_complain(e->r, kmp_yaml_get(map, others[k])->place,
-                                "the beam of %s has a section, which gives '%s': remove one of the two", e->body,
-                                others[k]);
-            fail(e);
-        }
+        if (kmp_yaml_get(map, others[k]))
+            complain(e, kmp_yaml_get(map, others[k]),
+                     "the beam of %s has a section, which gives '%s': remove one of the two", e->body, others[k]);
     read_wanted(e, map, beam_keys, "young", "its section needs it", &young);
     read_wanted(e, map, beam_keys, "density", "its section needs it", &density);
     if (!read_shear_modulus(e, map, young, &modulus, &poisson) || !read_section(e, map, poisson, &s))
@@ -576,11 +564,9 @@ static void read_by_numbers(entry *e, const kmp_yaml *map)
     kmp_beam *b = &e->beam;
     kmp_number inertia[2] = {number(0), number(0)};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
-        if (kmp_yaml_get(map, others[k])) {
-            kmp_reader_complain(e->r, kmp_yaml_get(map, others[k])->place,
-                                "the beam of %s has '%s' without a section: give the section", e->body, others[k]);
-            fail(e);
-        }
+        if (kmp_yaml_get(map, others[k]))
+            complain(e, kmp_yaml_get(map, others[k]), "the beam of %s has '%s' without a section: give the section",
+                     e->body, others[k]);
     if (e->wrong)
         return;
     kmp_number line = number(0), stiffness[KMP_BEAM_FAMILIES] = {number(0)};
@@ -604,9 +590,7 @@ static void read_direction(entry *e, const kmp_yaml *map)
     static const double straight[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     double x[3];
     if (along && axes) {
-        kmp_reader_complain(e->r, axes->place, "the beam of %s has 'axes', which give 'along': remove one of the two",
-                            e->body);
-        fail(e);
+        complain(e, axes, "the beam of %s has 'axes', which give 'along': remove one of the two", e->body);
     } else if ((along && !kmp_read_axis(e->r, along, say(e, "along"), x)) ||
                (axes && !kmp_read_axes(e->r, axes, say(e, "axes"), e->beam.axes))) {
         fail(e);
@@ -618,10 +602,8 @@ static void read_direction(entry *e, const kmp_yaml *map)
 
 static void read_beam(entry *e, const kmp_yaml *map)
 {
-    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the beam of %s", e->body), beam_keys)) {
-        fail(e);
+    if (!read_map(e, map, "the beam", beam_keys))
         return;
-    }
     read_wanted(e, map, beam_keys, "length", "a beam has a length", &e->beam.length);
     read_direction(e, map);
     if (kmp_yaml_get(map, "section") || has_stations(kmp_yaml_get(map, "taper")))
@@ -642,9 +624,7 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
         fail(e);
     } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
-        kmp_reader_complain(e->r, node->place, "%s are %.6g: a whole number from 0 to %d is expected", what, count,
-                            KMP_BEAM_MOST);
-        fail(e);
+        complain(e, node, "%s are %.6g: a whole number from 0 to %d is expected", what, count, KMP_BEAM_MOST);
     } else {
         e->beam.count[family] = (int)count;
     }
@@ -654,10 +634,8 @@ static void read_shapes(entry *e, const kmp_yaml *map)
 {
     int sum = 0;
     bool parameters = false;
-    if (!kmp_read_map(e->r, map, kmp_reader_say(e->r, "the shapes of %s", e->body), shape_keys)) {
-        fail(e);
+    if (!read_map(e, map, "the shapes", shape_keys))
         return;
-    }
     for (int f = 0; f < KMP_BEAM_FAMILIES; f++) {
         read_count(e, map, (kmp_beam_family)f);
         sum += e->beam.count[f];
@@ -666,9 +644,7 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     }
     if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;
-    kmp_reader_complain(e->r, map->place,
-                        "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
-    fail(e);
+    complain(e, map, "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
 }
 
 static void read_damping(entry *e, const kmp_yaml *map)
@@ -696,12 +672,9 @@ static void check_source(entry *e, const kmp_yaml *map, bool file)
     static const char *const of_beams[] = {"beam", "segments", "shapes", "shear", "rotary", "raw", NULL},
                              *const of_files[] = {"interfaces", "modes", "nodes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
-        if (kmp_yaml_get(map, *key)) {
-            kmp_reader_complain(e->r, kmp_yaml_get(map, *key)->place, "flexible of %s: '%s' is a key of %s", e->body,
-                                *key,
-                                file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
-            fail(e);
-        }
+        if (kmp_yaml_get(map, *key))
+            complain(e, kmp_yaml_get(map, *key), "flexible of %s: '%s' is a key of %s", e->body, *key,
+                     file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
 }
 
 static void read_file(entry *e, const kmp_yaml *map)
@@ -722,10 +695,8 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     static const char *const frames[] = {"clamped", "chord", "mean"}, *const stiffenings[] = {"none", "first", "full"};
     kmp_reader *r = e->r;
     const char *what = kmp_reader_say(r, "flexible of %s", e->body);
-    if (!kmp_read_map(r, map, what, flexible_keys)) {
-        fail(e);
+    if (!read_map(e, map, "flexible", flexible_keys))
         return;
-    }
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     if (kmp_yaml_get(map, "file")) {
         read_file(e, map);
@@ -739,11 +710,9 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.sheared = read_flag(e, map, "shear", false);
     e->beam.raw = read_flag(e, map, "raw", false);
     e->rotary = read_flag(e, map, "rotary", twists);
-    if (!e->rotary && twists && kmp_yaml_get(map, "rotary")) {
-        kmp_reader_complain(r, kmp_yaml_get(map, "rotary")->place,
-                            "rotary of %s: torsion moves no mass without the inertia of its sections", e->body);
-        fail(e);
-    }
+    if (!e->rotary && twists && kmp_yaml_get(map, "rotary"))
+        complain(e, kmp_yaml_get(map, "rotary"),
+                 "rotary of %s: torsion moves no mass without the inertia of its sections", e->body);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
     if (kmp_yaml_get(map, "damping") && !kmp_yaml_get(map, "segments"))
@@ -762,29 +731,33 @@ bool kmp_read_beam(kmp_reader *r, const kmp_yaml *map, const char *body, kmp_bea
     return !e.wrong;
 }
 
+/* The station at x, 1 and on; 0: no memory. */
+static int find_station(entry *e, kmp_number x)
+{
+    for (int k = 0; k < e->station_count; k++)
+        if (kmp_number_same(e->stations[k], x))
+            return k + 1;
+    if (!KMP_ARENA_GROW(&e->r->scratch, e->stations, e->station_count))
+        return 0;
+    e->stations[e->station_count] = x;
+    return ++e->station_count;
+}
+
 void kmp_begin_flexible(kmp_reader *r, const kmp_yaml *map, int body)
 {
     kempe_model *model = r->model;
     const kmp_yaml *node = kmp_yaml_get(map, "flexible");
     if (!node)
         return;
-    kmp_flexible *flexibles = kmp_arena_room(&model->arena, model->flexibles, model->flexible_count, sizeof *flexibles);
-    entry *entries = kmp_arena_room(&r->scratch, r->flexibles, model->flexible_count, sizeof *entries);
-    if (!flexibles || !entries)
+    if (!KMP_ARENA_GROW(&model->arena, model->flexibles, model->flexible_count) ||
+        !KMP_ARENA_GROW(&r->scratch, r->flexibles, model->flexible_count))
         return;
-    model->flexibles = flexibles;
-    r->flexibles = entries;
-    entry *e = &entries[model->flexible_count];
+    entry *e = &r->flexibles[model->flexible_count];
     *e = (entry){.r = r, .body = kmp_reader_say(r, "body '%s'", model->bodies[body].name)};
-    flexibles[model->flexible_count] = (kmp_flexible){.body = body};
+    model->flexibles[model->flexible_count] = (kmp_flexible){.body = body};
     model->bodies[body].flexible = ++model->flexible_count;
-    kmp_number *stations = kmp_arena_room(&r->scratch, NULL, 0, sizeof *stations);
-    if (!stations)
-        return;
-    stations[0] = number(0);
-    e->stations = stations;
-    e->station_count = 1;
-    read_flexible(e, node);
+    if (find_station(e, number(0)) > 0)
+        read_flexible(e, node);
 }
 
 static entry *entry_of(const kmp_reader *r, int body)
@@ -803,20 +776,6 @@ static bool is_origin(const kmp_number at[3])
     return origin;
 }
 
-/* The station at x, 1 and on; 0: no memory. */
-static int find_station(entry *e, kmp_number x)
-{
-    for (int k = 0; k < e->station_count; k++)
-        if (kmp_number_same(e->stations[k], x))
-            return k + 1;
-    kmp_number *stations = kmp_arena_room(&e->r->scratch, e->stations, e->station_count, sizeof *stations);
-    if (!stations)
-        return 0;
-    e->stations = stations;
-    stations[e->station_count] = x;
-    return ++e->station_count;
-}
-
 /* A place by station and offset. */
 static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_point *point)
 {
@@ -832,8 +791,7 @@ static void take_station(entry *e, const kmp_yaml *map, const char *what, kmp_po
         kmp_read_vector(r, offset, kmp_reader_say(r, "the offset of %s", what), KMP_DIM_LENGTH, point->offset))
         for (int k = 0; k < 3; k++)
             point->offset[k].symbol = 0;
-    if (!kmp_read_number(r, node, of, KMP_DIM_LENGTH, &x) ||
-        !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, x.value, ""))
+    if (!kmp_read_ruled(r, node, of, KMP_DIM_LENGTH, KMP_FIELD_NOT_NEGATIVE, &x))
         return;
     if (!e->wrong && x.value > e->beam.length.value * (1 + rounding)) {
         kmp_reader_complain(r, node->place, "%s is %.6g m: the beam is %.6g m long", of, x.value, e->beam.length.value);
@@ -892,11 +850,10 @@ void kmp_read_point_place(kmp_reader *r, const kmp_yaml *node, const char *what,
     if (!node || !kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at) || !e || e->wrong)
         return;
     if (!is_at_start(e, point->at) || e->beam.frame != KMP_FRAME_CLAMPED)
-        kmp_reader_complain(r, node->place,
-                            "%s: %s is flexible, so that its points are moved by its sections: give the station "
-                            "instead of %s, such as {station: %s, offset: [0, 0, 0]}",
-                            what, e->body, e->beam.turned ? "a place" : "x",
-                            e->beam.turned ? "0" : node->items[0]->text);
+        kmp_complain_of(r, node, what,
+                        "%s is flexible, so that its points are moved by its sections: give the station instead of %s, "
+                        "such as {station: %s, offset: [0, 0, 0]}",
+                        e->body, e->beam.turned ? "a place" : "x", e->beam.turned ? "0" : node->items[0]->text);
 }
 
 void kmp_check_flexible_joint(kmp_reader *r, int body, const kmp_yaml *at, const kmp_yaml *to)
@@ -954,13 +911,10 @@ void kmp_check_flexible_mass(kmp_reader *r, const kmp_yaml *map, int body)
 static void add_coordinate(kmp_reader *r, int body, const char *kind, int number_of_kind, bool rotation)
 {
     kempe_model *model = r->model;
-    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
     const char *name = kmp_arena_printf(&model->arena, "%s.%s%d", model->bodies[body].name, kind, number_of_kind);
-    if (!motions || !name)
-        return;
-    model->motions = motions;
-    motions[model->motion_count++] =
-        (kmp_motion){.name = name, .body = body, .rotation = rotation, .elastic = true, .axis = {0, 0, 1}};
+    if (name)
+        (void)kmp_reader_add_motion(
+            r, (kmp_motion){.name = name, .body = body, .rotation = rotation, .elastic = true, .axis = {0, 0, 1}});
 }
 
 static void make_modal_body(entry *e, kmp_flexible *flexible)

@@ -8,6 +8,7 @@
 #include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_contacts.h"
 #include "model/read/read_reaction.h"
 #include "model/read/read_states.h"
@@ -53,10 +54,9 @@ static const char *find_place(const element *e)
 static void complain_words(const element *e, const char *place, int found)
 {
     if (strcmp(place, "joint") == 0)
-        kmp_reader_complain(
-            e->r, e->map->place,
-            "%s: exactly one of the keys torque, force, spring, stops, friction is expected with 'joint', not %d",
-            e->what, found);
+        KMP_COMPLAIN(e, e->map,
+                     "exactly one of the keys torque, force, spring, stops, friction is expected with 'joint', not %d",
+                     found);
     for (int k = 0; k < KMP_FORCE_KINDS && strcmp(place, "joint") != 0; k++)
         if (strcmp(kmp_force_rows[k].place, place) == 0)
             kmp_read_required(e->r, e->map, e->what, kmp_force_rows[k].word);
@@ -87,10 +87,14 @@ static int find_kind(const element *e, const char *place)
 
 /* -- numbers ------------------------------------------------------------------------------------- */
 
+static bool turns_about(const element *e)
+{
+    return e->force->motion >= 0 ? e->r->model->motions[e->force->motion].rotation : e->force->turns;
+}
+
 static kmp_dimension dimension_of(const element *e, const kmp_force_field *field)
 {
-    int motion = e->force->motion;
-    bool rotation = motion >= 0 ? e->r->model->motions[motion].rotation : e->force->turns;
+    const bool rotation = turns_about(e);
     kmp_dimension d = kmp_dimension_power(rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE, field->effort);
     d = kmp_dimension_times(d, rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, field->coordinate);
     d.angle = rotation && field->coordinate == 1 && field->effort == 0;
@@ -124,7 +128,7 @@ static const kmp_expr *read_one_level(const level_reading *x, const kmp_yaml *no
 /* The level against rates of one sign. */
 static const kmp_expr *read_side(const level_reading *x, const kmp_yaml *node)
 {
-    if (node->kind != KMP_YAML_SCALAR || strcmp(node->text, "unlimited") != 0) {
+    if (!kmp_is_word(node, "unlimited")) {
         const kmp_expr *level = read_one_level(x, node);
         const kmp_expr *factor = level && x->radius ? level->b : level;
         factor = factor && x->reaction ? factor->a : factor;
@@ -217,7 +221,7 @@ static void read_by_reaction(const element *e, const kmp_yaml *map, const char *
     kmp_reader *r = e->r;
     kmp_force *force = e->force;
     const kmp_yaml *node = kmp_yaml_get(map, "radius");
-    bool turns = force->motion >= 0 ? r->model->motions[force->motion].rotation : force->turns;
+    const bool turns = turns_about(e);
     if (turns != (node != NULL))
         kmp_reader_complain(r, map->place,
                             turns ? "%s: mu needs a radius here, because the motion is a rotation"
@@ -241,21 +245,21 @@ static void read_level(const element *e, const kmp_yaml *map, const char *what)
     const char *own = kmp_force_key(r->model, e->force, "effort");
     e->force->has_static = kmp_yaml_get(map, "static");
     if ((kmp_yaml_get(map, own) != NULL) + (kmp_yaml_get(map, "mu") != NULL) != 1) {
-        kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s, mu is expected", what, own);
+        kmp_complain_of(r, map, what, "exactly one of the keys %s, mu is expected", own);
         return;
     }
     if (kmp_yaml_get(map, "mu") && e->force->has_static)
-        kmp_reader_complain(r, map->place, "%s: the static level of friction with mu is given by mu_static", what);
+        kmp_complain_of(r, map, what, "the static level of friction with mu is given by mu_static");
     const kmp_yaml *flank = kmp_yaml_get(map, "flank");
     if (kmp_is_thread(r->model, e->force, map))
         kmp_read_thread(r, map, what, e->force);
     else if (kmp_yaml_get(map, "mu") && flank)
-        kmp_reader_complain(r, flank->place, "%s: a flank is for the thread of a screw, on its own rotation", what);
+        kmp_complain_of(r, flank, what, "a flank is for the thread of a screw, on its own rotation");
     else if (kmp_yaml_get(map, "mu"))
         read_by_reaction(e, map, what);
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (!kmp_yaml_get(map, "mu") && kmp_yaml_get(map, others[k]))
-            kmp_reader_complain(r, map->place, "%s: %s is for friction with mu", what, others[k]);
+            kmp_complain_of(r, map, what, "%s is for friction with mu", others[k]);
 }
 
 /* The row of friction that sticks, a closure of its name. */
@@ -265,18 +269,16 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
     kmp_force *force = e->force;
     force->has_speed = kmp_yaml_get(map, "speed");
     if (force->has_speed && force->has_static)
-        kmp_reader_complain(e->r, map->place,
-                            "%s: friction with a speed has no static level, because it does not stick", e->what);
+        KMP_COMPLAIN(e, map, "friction with a speed has no static level, because it does not stick");
     if (force->has_speed && kmp_force_has_sides(force))
-        kmp_reader_complain(e->r, map->place,
-                            "%s: friction with a speed has one level for both directions, because it does not stick; "
-                            "use a level with if(qd(..) > 0, ..)",
-                            e->what);
+        KMP_COMPLAIN(e, map,
+                     "friction with a speed has one level for both directions, because it does not stick; use a level "
+                     "with if(qd(..) > 0, ..)");
     force->has_regularise = kmp_yaml_get(map, "regularise");
     if (force->has_regularise && kmp_force_unlimited(force) != 0)
-        kmp_reader_complain(e->r, map->place, "%s: unlimited friction cannot be regularised", e->what);
+        KMP_COMPLAIN(e, map, "unlimited friction cannot be regularised");
     if (force->has_speed && force->has_regularise)
-        kmp_reader_complain(e->r, map->place, "%s: friction with a speed is regularised at all times", e->what);
+        KMP_COMPLAIN(e, map, "friction with a speed is regularised at all times");
     if (force->has_speed)
         return;
     if (kmp_name_find(KMP_NAMED(model, closure), force->name) >= 0)
@@ -284,15 +286,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
                             "friction that sticks cannot have the name '%s' of a loop or drive: lambda(%s) would be "
                             "ambiguous",
                             force->name, force->name);
-    bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
-    force->closure = model->closure_count++;
-    model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = KMP_CLOSURE_friction,
-                                                    .place = force->place,
-                                                    .point = {-1, -1},
-                                                    .motion = -1,
-                                                    .force = (int)(force - model->forces),
-                                                    .power = turns ? 0 : 1};
+    kmp_add_row(e->r, force, KMP_CLOSURE_friction, turns_about(e));
 }
 
 /* -- elements ------------------------------------------------------------------------------------ */
@@ -342,10 +336,9 @@ static void check_stops(const element *e, const kmp_yaml *map)
     force->has_lower = kmp_yaml_get(map, "lower");
     force->has_upper = kmp_yaml_get(map, "upper");
     if (!force->has_lower && !force->has_upper)
-        kmp_reader_complain(e->r, map->place, "%s: at least one of the keys lower, upper is expected", e->what);
+        KMP_COMPLAIN(e, map, "at least one of the keys lower, upper is expected");
     else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
-        kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
-                            force->lower.value, force->upper.value);
+        KMP_COMPLAIN(e, map, "lower is %.6g, which is not below upper, %.6g", force->lower.value, force->upper.value);
 }
 
 /* The own mapping of a kind. */
@@ -374,9 +367,9 @@ static void read_effort(const element *e)
     kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
     if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
         const kmp_motion *m = &r->model->motions[motion];
-        kmp_reader_complain(r, effort->place, "%s: '%s' is a %s, which takes a '%s', not a '%s'", e->what, m->name,
-                            m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
-                            m->rotation ? "force" : "torque");
+        kmp_complain_of(r, effort, e->what, "'%s' is a %s, which takes a '%s', not a '%s'", m->name,
+                        m->rotation ? "rotation" : "translation", m->rotation ? "torque" : "force",
+                        m->rotation ? "force" : "torque");
         wanted = KMP_DIM_ANY;
     }
     e->force->effort = read_law(e, effort, wanted);
@@ -450,13 +443,11 @@ static bool read_rope(const element *e, const kmp_yaml *list)
         point[k] = kmp_read_point(e->r, list->items[k], e->what);
         good = good && point[k] >= 0;
         if (good && k > 0 && point[k] == point[k - 1])
-            good = kmp_reader_complain(e->r, list->items[k]->place, "%s: point '%s' follows itself", e->what,
-                                       list->items[k]->text);
+            good = KMP_COMPLAIN(e, list->items[k], "point '%s' follows itself", list->items[k]->text);
         apart = apart || (good && points[point[k]].body != points[point[0]].body);
     }
     if (good && !apart)
-        good = kmp_reader_complain(e->r, list->place, "%s: all points are on body '%s'", e->what,
-                                   e->r->model->bodies[points[point[0]].body].name);
+        good = KMP_COMPLAIN(e, list, "all points are on body '%s'", e->r->model->bodies[points[point[0]].body].name);
     if (!good)
         return false;
     force->point[0] = point[0];
@@ -464,12 +455,6 @@ static bool read_rope(const element *e, const kmp_yaml *list)
     force->through = point + 1;
     force->through_count = count - 2;
     return true;
-}
-
-/* Length to this power in the dimension of an entry, times a force: N/m, N or N m per m or rad. */
-static int length_power(int entry)
-{
-    return entry / KMP_BUSHING_SIZE / 3 + entry % KMP_BUSHING_SIZE / 3 - 1;
 }
 
 /* Six rows of six numbers. */
@@ -481,7 +466,8 @@ static bool read_square(const element *e, const kmp_yaml *node, kmp_bushing_kind
         good = kmp_read_list(e->r, node->items[i], kmp_reader_say(e->r, "row %d of %s", i + 1, what), KMP_BUSHING_SIZE);
     for (int k = 0, all = good ? KMP_BUSHING_SIZE * KMP_BUSHING_SIZE : 0; k < all; k++) {
         const char *of = kmp_reader_say(e->r, "entry %s of %s", kmp_bushing_entries[k], what);
-        kmp_dimension unit = kmp_dimension_times(KMP_DIM_FORCE, KMP_DIM_LENGTH, length_power(k));
+        const int length = k / KMP_BUSHING_SIZE / 3 + k % KMP_BUSHING_SIZE / 3 - 1; /* N/m, N or N m per m or rad */
+        kmp_dimension unit = kmp_dimension_times(KMP_DIM_FORCE, KMP_DIM_LENGTH, length);
         unit = kmp_dimension_times(unit, KMP_DIM_TIME, kind == KMP_BUSHING_DAMPING);
         good =
             kmp_read_number(e->r, node->items[k / KMP_BUSHING_SIZE]->items[k % KMP_BUSHING_SIZE], of, unit, &to[k]) &&
@@ -549,9 +535,8 @@ static void read_matrices(const element *e)
     if (!any)
         return;
     if (kmp_count_keys(e->map, KMP_NAMES_OF(others), &other) > 0)
-        kmp_reader_complain(e->r, kmp_yaml_get(e->map, others[other])->place,
-                            "%s: '%s' and a matrix exclude each other: write it on the diagonal", e->what,
-                            others[other]);
+        KMP_COMPLAIN(e, kmp_yaml_get(e->map, others[other]),
+                     "'%s' and a matrix exclude each other: write it on the diagonal", others[other]);
     kmp_bushing_matrix *matrix = KMP_ARENA_NEW(&e->r->model->arena, kmp_bushing_matrix, 1);
     if (!matrix)
         return;
@@ -574,9 +559,7 @@ static void read_between(element *e, const char *place)
     if (force->kind == KMP_FORCE_BUSHING)
         read_matrices(e);
     if (force->kind == KMP_FORCE_TORSION) {
-        static const char *const axes[] = {"x", "y", "z"};
-        const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
-        int found = axis ? kmp_read_choice(e->r, axis, e->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2;
+        const int found = kmp_read_choice_of(e->r, e->map, "axis", e->what, kmp_axis_letters, "the axis is", 2);
         e->force->axis = found < 0 ? 2 : found;
     }
     if (!good || !kmp_force_rows[force->kind].word)
@@ -593,8 +576,8 @@ static void read_between(element *e, const char *place)
                 e->force->vector[k] = read_law(e, node, kmp_key_dimension(force_keys, keys[k]));
         }
         if (e->force->bore.value > 0 && e->force->rod.value >= e->force->bore.value)
-            kmp_reader_complain(e->r, e->map->place, "%s: the rod, %.6g m, is not thinner than the bore, %.6g m",
-                                e->what, e->force->rod.value, e->force->bore.value);
+            KMP_COMPLAIN(e, e->map, "the rod, %.6g m, is not thinner than the bore, %.6g m", e->force->rod.value,
+                         e->force->bore.value);
     } else {
         force->effort = read_law(e, kmp_yaml_get(e->map, kmp_force_rows[force->kind].word),
                                  force->kind == KMP_FORCE_TORSION ? KMP_DIM_TORQUE : KMP_DIM_FORCE);
@@ -605,24 +588,19 @@ static void read_between(element *e, const char *place)
 static void refuse_others(const element *e, const char *place)
 {
     const kmp_force_row *row = &kmp_force_rows[e->force->kind];
+    const kmp_force_kind kind = e->force->kind;
+    const char *more = kind == KMP_FORCE_TORSION    ? "axis"
+                       : kind == KMP_FORCE_CYLINDER ? "rod_pressure"
+                       : kind == KMP_FORCE_BUSHING  ? "nonsymmetric matrix damping_matrix"
+                                                    : "";
+    const char *own = !row->word ? "" : strcmp(row->word, "effort") == 0 ? "torque force" : row->word;
     for (int i = 0; i < e->map->count; i++) {
-        const kmp_yaml *key = e->map->keys[i];
-        bool good = strcmp(key->text, place) == 0 || (row->word && strcmp(key->text, row->word) == 0);
-        if (row->word && strcmp(row->word, "effort") == 0)
-            good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
-        good = good || (e->force->kind == KMP_FORCE_TORSION && strcmp(key->text, "axis") == 0) ||
-               (e->force->kind == KMP_FORCE_CYLINDER && strcmp(key->text, "rod_pressure") == 0) ||
-               (e->force->kind == KMP_FORCE_BUSHING &&
-                (strcmp(key->text, "nonsymmetric") == 0 || strcmp(key->text, kmp_bushing_keys[0]) == 0 ||
-                 strcmp(key->text, kmp_bushing_keys[1]) == 0));
+        const char *key = e->map->keys[i]->text;
+        bool good = strcmp(key, place) == 0 || kmp_text_behind_word(own, key) || kmp_text_behind_word(more, key);
         for (int k = 0; strcmp(place, "joint") != 0 && k < kmp_force_field_count; k++)
-            good =
-                good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);
-        for (int k = 0; force_keys[k].name && !good; k++)
-            if (strcmp(force_keys[k].name, key->text) == 0)
-                kmp_reader_complain(e->r, e->map->items[i]->place,
-                                    "%s: the key '%s' does not belong to a force with the key '%s'", e->what, key->text,
-                                    place);
+            good = good || (kmp_force_fields[k].kind == kind && strcmp(key, kmp_force_fields[k].key) == 0);
+        if (!good && kmp_name_find(kmp_key_names(force_keys), key) >= 0)
+            KMP_COMPLAIN(e, e->map->items[i], "the key '%s' does not belong to a force with the key '%s'", key, place);
     }
 }
 
@@ -634,8 +612,7 @@ static void read_sliding(const element *e)
     e->force->sliding =
         kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
     if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
-        kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
-                            e->what);
+        KMP_COMPLAIN(e, node, "sliding may depend on t, q(..) and positions, not on rates");
     else if (e->force->sliding)
         read_own(e);
 }
@@ -645,7 +622,7 @@ static void read_at_point(const element *e)
     const kmp_yaml *at = kmp_yaml_get(e->map, "at");
     e->force->point[0] = kmp_read_point(e->r, at, e->what);
     if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
-        kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
+        KMP_COMPLAIN(e, at, "the ground does not move: a force on it has no effect");
     read_components(e, "force");
 }
 
@@ -654,13 +631,12 @@ static void read_on_body(const element *e)
     const kmp_yaml *on = kmp_yaml_get(e->map, "on");
     e->force->body = kmp_read_body(e->r, on, e->what);
     if (e->force->body == 0)
-        kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
+        KMP_COMPLAIN(e, on, "the ground does not move: a torque on it has no effect");
     if (e->force->body > 0 && e->r->model->bodies[e->force->body].flexible > 0)
-        kmp_reader_complain(
-            e->r, on->place,
-            "%s: body '%s' is flexible, and a torque on it deforms it by where it acts: put it on a rigid "
-            "body that is welded to one of its points",
-            e->what, e->r->model->bodies[e->force->body].name);
+        KMP_COMPLAIN(e, on,
+                     "body '%s' is flexible, and a torque on it deforms it by where it acts: put it on a rigid body "
+                     "that is welded to one of its points",
+                     e->r->model->bodies[e->force->body].name);
     read_components(e, "torque");
 }
 

@@ -3,15 +3,14 @@
  * the carrier they turn about the axis of the first wheel, and from there about the axis of the second one, or move
  * along a rack. So planets, a turning housing and a ring fixed to the ground need no further words. */
 #include "model/read/read_gears.h"
-#include "base/memory.h"
 #include "linalg/dense/dot.h"
 #include "model/data/coordinates.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "model/files/nodes.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
-#include "model/read/reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -38,18 +37,11 @@ typedef struct pair {
     const char *what;
     kmp_gear *gear;
     passed *path;
-    int count, split;   /* joints on the path; of the first wheel */
-    const double *zero; /* coordinates */
-    kmp_pose *poses;
-    double (*axes)[3], (*places)[3]; /* of motions */
-    double a[2][3], centre[2][3];    /* of the wheels */
-    double length;                   /* the size of their places */
+    int count, split; /* joints on the path; of the first wheel */
+    kmp_pose_zero at;
+    double a[2][3], centre[2][3]; /* of the wheels */
+    double length;                /* the size of their places */
 } pair;
-
-static bool complain(const pair *p, const char *sentence)
-{
-    return kmp_reader_complain(p->r, p->map->place, "%s: %s", p->what, sentence);
-}
 
 /* -- the wheels ---------------------------------------------------------------------------------------- */
 
@@ -83,7 +75,7 @@ static bool read_wheels(const pair *p)
     bool good = read_wheel(p, node->items[0], 0);
     good = read_wheel(p, node->items[1], 1) && good;
     if (good && p->gear->wheel[0] == p->gear->wheel[1])
-        return complain(p, "both wheels are the same body");
+        return KMP_COMPLAIN(p, p->map, "both wheels are the same body");
     return good;
 }
 
@@ -98,21 +90,19 @@ static bool add_passed(pair *p, int body, bool up)
 {
     const kmp_body *b = &p->r->model->bodies[body];
     if (b->flexible > 0)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: the flexible body '%s' is between the wheels, so that their axes do not rest in "
-            "one body",
-            p->what, b->name);
+        return KMP_COMPLAIN(p, p->map,
+                            "the flexible body '%s' is between the wheels, so that their axes do not rest in one body",
+                            b->name);
     if (b->motion_count - b->load_count > 1)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: joint '%s' between the wheels has several coordinates; wheels turn by revolute "
-                                   "joints, and racks move by prismatic ones",
-                                   p->what, b->joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "joint '%s' between the wheels has several coordinates; wheels turn by revolute joints, "
+                            "and racks move by prismatic ones",
+                            b->joint);
     if (b->load_count > 0)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: friction is pressed by the reaction of joint '%s', which would be without the "
-                                   "force of the teeth: give that friction by torque or force in place of mu",
-                                   p->what, b->joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "friction is pressed by the reaction of joint '%s', which would be without the force of "
+                            "the teeth: give that friction by torque or force in place of mu",
+                            b->joint);
     if (b->motion_count == 1)
         p->path[p->count++] = (passed){b->first_motion, up, up ? b->parent : body};
     else if (p->count > 0 && up)
@@ -139,10 +129,10 @@ static bool find_path(pair *p)
             return false;
     }
     if (p->count < 2)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: between '%s' and '%s' there is only one joint; both must move against the body "
-                                   "that carries their axes",
-                                   p->what, wheel_name(p, 0), wheel_name(p, 1));
+        return KMP_COMPLAIN(
+            p, p->map,
+            "between '%s' and '%s' there is only one joint; both must move against the body that carries their axes",
+            wheel_name(p, 0), wheel_name(p, 1));
     return true;
 }
 
@@ -163,27 +153,18 @@ static bool is_one_axis(const pair *p, int from, int to)
         const int m = p->path[k].motion;
         double off[3], across[3];
         for (int i = 0; i < 3; i++)
-            off[i] = p->places[m][i] - p->places[first][i];
-        kmp_cross3(off, p->axes[first], across);
-        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->axes[m], p->axes[first]) &&
+            off[i] = p->at.places[m][i] - p->at.places[first][i];
+        kmp_cross3(off, p->at.axes[first], across);
+        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->at.axes[m], p->at.axes[first]) &&
               (!motions[m].rotation || sqrt(kmp_dot(3, across, across)) <= SAME_AXIS * p->length);
     }
     return one;
 }
 
-/* Number of joints of the first wheel, at the only place where the axis changes; 0: there is none. */
-static int find_split(const pair *p)
-{
-    for (int k = 1; k < p->count; k++)
-        if (is_one_axis(p, 0, k) && is_one_axis(p, k, p->count))
-            return k;
-    return 0;
-}
-
 static void put_term(const pair *p, int k, int side, kmp_term *term)
 {
     const passed *at = &p->path[k];
-    const double along = kmp_dot(3, p->axes[at->motion], p->axes[p->gear->axis[side]]);
+    const double along = kmp_dot(3, p->at.axes[at->motion], p->at.axes[p->gear->axis[side]]);
     const bool towards = side == 0 ? at->up : !at->up; /* the wheel's side is the body of the joint */
     *term = (kmp_term){at->motion, {.value = (towards ? 1 : -1) * (along > 0 ? 1 : -1)}};
 }
@@ -193,30 +174,31 @@ static bool find_axes(pair *p, kmp_closure *closure)
 {
     kmp_gear *gear = p->gear;
     const kempe_model *model = p->r->model;
-    p->split = find_split(p);
+    for (int k = p->count - 1; k > 0; k--) /* the first place where the axis changes */
+        p->split = is_one_axis(p, 0, k) && is_one_axis(p, k, p->count) ? k : p->split;
     if (p->split == 0)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: no body carries both axes: joints from '%s' turn about one line up to a body, and on to '%s' "
-            "about another line; joint '%s' does not fit",
-            p->what, wheel_name(p, 0), wheel_name(p, 1), model->bodies[model->motions[p->path[1].motion].body].joint);
+        return KMP_COMPLAIN(p, p->map,
+                            "no body carries both axes: joints from '%s' turn about one line up to a body, and on to "
+                            "'%s' about another line; joint '%s' does not fit",
+                            wheel_name(p, 0), wheel_name(p, 1),
+                            model->bodies[model->motions[p->path[1].motion].body].joint);
     gear->carrier = p->path[p->split - 1].beyond;
     gear->axis[0] = p->path[0].motion;
     gear->axis[1] = p->path[p->count - 1].motion;
     gear->first_count = p->split;
     if (!model->motions[gear->axis[0]].rotation)
-        return complain(p, "the first wheel of 'between' turns; a rack is the second one");
+        return KMP_COMPLAIN(p, p->map, "the first wheel of 'between' turns; a rack is the second one");
     gear->form = model->motions[gear->axis[1]].rotation ? KMP_GEAR_PARALLEL : KMP_GEAR_RACK;
     closure->terms = KMP_ARENA_NEW(&p->r->model->arena, kmp_term, p->count);
     for (int k = 0; closure->terms && k < p->count; k++)
         put_term(p, k, k >= p->split, &closure->terms[k]);
     closure->term_count = closure->terms ? p->count : 0;
     for (int side = 0; side < 2; side++) {
-        kmp_pose at = p->poses[gear->wheel[side]];
+        kmp_pose at = p->at.poses[gear->wheel[side]];
         if (gear->centre[side] >= 0)
-            kmp_pose_of_point(model, p->poses, p->zero, gear->centre[side], &at);
+            kmp_pose_of_point(model, p->at.poses, p->at.q, gear->centre[side], &at);
         memcpy(p->centre[side], at.p, sizeof at.p);
-        memcpy(p->a[side], p->axes[gear->axis[side]], sizeof p->a[side]);
+        memcpy(p->a[side], p->at.axes[gear->axis[side]], sizeof p->a[side]);
     }
     return true;
 }
@@ -236,8 +218,8 @@ static bool check_carrier(const pair *p)
     const kempe_model *model = p->r->model;
     if (body < 0 || first_welded(model, body) == first_welded(model, p->gear->carrier))
         return body >= 0;
-    return kmp_reader_complain(p->r, node->place, "%s: the axes of both wheels rest in '%s', not in '%s'", p->what,
-                               model->bodies[p->gear->carrier].name, model->bodies[body].name);
+    return KMP_COMPLAIN(p, node, "the axes of both wheels rest in '%s', not in '%s'",
+                        model->bodies[p->gear->carrier].name, model->bodies[body].name);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
@@ -246,10 +228,8 @@ static bool read_own_number(const pair *p, const kmp_yaml *node, const char *key
 {
     const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
     kmp_number *own = &p->gear->number[number];
-    if (!kmp_read_number(p->r, node, name, kmp_key_dimension(gear_keys, key), own))
-        return false;
-    if (!kmp_check_rule(p->r, node, name, number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE,
-                        own->value, ""))
+    if (!kmp_read_ruled(p->r, node, name, kmp_key_dimension(gear_keys, key),
+                        number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, own))
         return false;
     if (angle && own->value >= 2 * atan(1))
         return kmp_reader_complain(p->r, node->place, "%s is %.6g deg: it must be less than 90 deg", name,
@@ -297,11 +277,12 @@ static bool read_sizes(const pair *p)
     const bool teeth = kmp_yaml_get(p->map, "teeth"), radius = kmp_yaml_get(p->map, "radius");
     const bool worm = p->gear->form == KMP_GEAR_WORM, rack = p->gear->form == KMP_GEAR_RACK;
     if (worm && radius)
-        return complain(p, "a worm and its wheel are given by starts, teeth, and module or lead_angle, without radius");
+        return KMP_COMPLAIN(
+            p, p->map, "a worm and its wheel are given by starts, teeth, and module or lead_angle, without radius");
     if (teeth == radius)
-        return complain(p, "exactly one of the keys teeth, radius is expected");
+        return KMP_COMPLAIN(p, p->map, "exactly one of the keys teeth, radius is expected");
     if (teeth && rack && !kmp_yaml_get(p->map, "module"))
-        return complain(p, "the wheel of a rack is given by radius, or by teeth and module");
+        return KMP_COMPLAIN(p, p->map, "the wheel of a rack is given by radius, or by teeth and module");
     if (worm && !read_count(p, kmp_yaml_get(p->map, "starts"), "starts", &p->gear->teeth[0]))
         return false;
     return read_of_wheels(p, teeth ? "teeth" : "radius", worm || rack ? 1 : 2, teeth ? read_teeth_of : read_radius_of,
@@ -325,8 +306,7 @@ static bool check_keys(const pair *p)
     for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
         const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
         if (node && !(row[k].forms >> p->gear->form & 1))
-            good = kmp_reader_complain(p->r, node->place, "%s: %s have no %s", p->what, form_words[p->gear->form],
-                                       row[k].key);
+            good = KMP_COMPLAIN(p, node, "%s have no %s", form_words[p->gear->form], row[k].key);
     }
     return good;
 }
@@ -341,7 +321,6 @@ static bool read_numbers(const pair *p)
                {"helix", KMP_GEAR_HELIX, true},
                {"lead_angle", KMP_GEAR_LEAD, true},
                {"pressure_angle", KMP_GEAR_PRESSURE, true}};
-    const kmp_yaml *hand = kmp_yaml_get(p->map, "hand");
     static const char *const hands[] = {"right", "left"};
     bool good = check_keys(p) && read_sizes(p);
     (void)kmp_key_default(gear_keys, "pressure_angle", 1, &p->gear->number[KMP_GEAR_PRESSURE].value);
@@ -349,7 +328,7 @@ static bool read_numbers(const pair *p)
         const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
         good = (!node || read_own_number(p, node, row[k].key, row[k].number, row[k].angle)) && good;
     }
-    const int chosen = hand ? kmp_read_choice(p->r, hand, p->what, KMP_NAMES_OF(hands), "hand is", " or ") : 0;
+    const int chosen = kmp_read_choice_of(p->r, p->map, "hand", p->what, KMP_NAMES_OF(hands), "hand is", 0);
     p->gear->left = chosen == 1;
     return good && chosen >= 0;
 }
@@ -369,8 +348,7 @@ static bool read_efficiency(const pair *p)
                                        "%s is for a worm with lead_angle and without efficiency; other gears have "
                                        "efficiency",
                                        name);
-        if (!kmp_read_number(p->r, friction, name, KMP_DIM_NUMBER, &mu) ||
-            !kmp_check_rule(p->r, friction, name, KMP_FIELD_POSITIVE, mu.value, ""))
+        if (!kmp_read_ruled(p->r, friction, name, KMP_DIM_NUMBER, KMP_FIELD_POSITIVE, &mu))
             return false;
         const double t = tan(p->gear->number[KMP_GEAR_LEAD].value), c = cos(p->gear->number[KMP_GEAR_PRESSURE].value);
         efficiency[0] = (c - mu.value * t) / (c + mu.value / t);
@@ -393,7 +371,8 @@ static bool read_efficiency(const pair *p)
     return true;
 }
 
-/* Stiffness and backlash, whose contacts have been written (gear_losses.h); the keys that belong to each other. */
+/* Stiffness and backlash, whose contacts have been written (kmp_read_gear_losses); the keys that belong to each other.
+ */
 static bool read_play(const pair *p)
 {
     const kmp_yaml *stiffness = kmp_yaml_get(p->map, "stiffness"), *backlash = kmp_yaml_get(p->map, "backlash");
@@ -401,14 +380,12 @@ static bool read_play(const pair *p)
     const kmp_yaml *loss = kmp_yaml_get(p->map, "efficiency"), *friction = kmp_yaml_get(p->map, "friction");
     p->gear->rigid = !stiffness && !backlash;
     if (!p->gear->rigid && (loss || friction))
-        return kmp_reader_complain(
-            p->r, (loss ? loss : friction)->place,
-            "%s: losses are for teeth that are always in contact, without stiffness and backlash", p->what);
+        return KMP_COMPLAIN(p, (loss ? loss : friction),
+                            "losses are for teeth that are always in contact, without stiffness and backlash");
     if (damping && !stiffness)
-        return kmp_reader_complain(p->r, damping->place, "%s: damping belongs to stiffness", p->what);
+        return KMP_COMPLAIN(p, damping, "damping belongs to stiffness");
     if (restitution && (stiffness || !backlash))
-        return kmp_reader_complain(p->r, restitution->place,
-                                   "%s: restitution belongs to backlash of rigid teeth, without stiffness", p->what);
+        return KMP_COMPLAIN(p, restitution, "restitution belongs to backlash of rigid teeth, without stiffness");
     return true;
 }
 
@@ -442,15 +419,15 @@ static bool finish_parallel(const pair *p)
     gear->ring = !gear->internal ? -1 : size_of(p, 1) > size_of(p, 0);
     gear->sense = same == gear->internal ? 1 : -1;
     if (gear->internal && size_of(p, 0) == size_of(p, 1))
-        return complain(p, "the ring of an internal pair is larger than the wheel in it");
+        return KMP_COMPLAIN(p, p->map, "the ring of an internal pair is larger than the wheel in it");
     if (distance <= SAME_AXIS * p->length)
-        return complain(p, "both wheels turn about the same axis");
+        return KMP_COMPLAIN(p, p->map, "both wheels turn about the same axis");
     if (!kmp_gear_has(gear, KMP_GEAR_MODULE))
         return true;
     const double sum = gear->internal ? fabs(size_of(p, 1) - size_of(p, 0)) : size_of(p, 0) + size_of(p, 1);
     const double wanted = gear->number[KMP_GEAR_MODULE].value * sum / (2 * cos(gear->number[KMP_GEAR_HELIX].value));
     if (gear->teeth[0] == 0)
-        return complain(p, "module belongs to teeth; with radius it has no meaning");
+        return KMP_COMPLAIN(p, p->map, "module belongs to teeth; with radius it has no meaning");
     if (fabs(distance - wanted) > SAME_DISTANCE * distance)
         kmp_log(p->r->context, KEMPE_LOG_WARNING,
                 "%s: teeth and module give axes %.9g mm apart, and they are %.9g mm apart: the pressure angle belongs "
@@ -465,11 +442,12 @@ static bool finish_rack(const pair *p)
     double c[3], moved[3];
     const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
     if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
-        return complain(p, "the rack does not move across the axis of the wheel");
+        return KMP_COMPLAIN(p, p->map, "the rack does not move across the axis of the wheel");
     if (distance <= SAME_AXIS * p->length)
-        return complain(p,
-                        "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
-                        "of its teeth, such as on its pitch line");
+        return KMP_COMPLAIN(
+            p, p->map,
+            "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
+            "of its teeth, such as on its pitch line");
     kmp_cross3(p->a[0], c, moved);
     gear->sense = kmp_dot(3, moved, p->a[1]) > 0 ? 1 : -1;
     return true;
@@ -496,21 +474,20 @@ static bool finish_bevel(const pair *p)
     (void)lines_apart(p, along);
     for (int k = 0; k < 2; k++) {
         if (fabs(along[k]) <= SAME_AXIS * p->length)
-            return kmp_reader_complain(
-                p->r, p->map->place,
-                "%s: the axes of bevel gears meet at the point of '%s': give a point in the middle of its teeth, as "
-                "BODY.POINT",
-                p->what, wheel_name(p, k));
+            return KMP_COMPLAIN(p, p->map,
+                                "the axes of bevel gears meet at the point of '%s': give a point in the middle of its "
+                                "teeth, as BODY.POINT",
+                                wheel_name(p, k));
         gear->outwards[k] = along[k] > 0 ? -1 : 1;
     }
     gear->sense = -gear->outwards[0] * gear->outwards[1];
     const double cosine = -gear->sense * kmp_dot(3, p->a[0], p->a[1]);
     for (int k = 0; k < 2; k++)
         if (size_of(p, !k) + size_of(p, k) * cosine <= SAME_AXIS * size_of(p, k))
-            return kmp_reader_complain(p->r, p->map->place,
-                                       "%s: the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g "
-                                       "deg; give points where they are nearer, or other teeth",
-                                       p->what, wheel_name(p, k), acos(cosine) * 45 / atan(1));
+            return KMP_COMPLAIN(p, p->map,
+                                "the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g deg; give "
+                                "points where they are nearer, or other teeth",
+                                wheel_name(p, k), acos(cosine) * 45 / atan(1));
     return true;
 }
 
@@ -521,14 +498,13 @@ static bool finish_worm(const pair *p)
     double c[3], n[3];
     const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
     if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
-        return complain(p, "the axes of a worm and its wheel cross at a right angle");
+        return KMP_COMPLAIN(p, p->map, "the axes of a worm and its wheel cross at a right angle");
     if (module == lead)
-        return complain(p, "exactly one of the keys module, lead_angle is expected for a worm");
+        return KMP_COMPLAIN(p, p->map, "exactly one of the keys module, lead_angle is expected for a worm");
     if (module && gear->number[KMP_GEAR_MODULE].value * gear->teeth[1] / 2 >= distance)
-        return kmp_reader_complain(p->r, p->map->place,
-                                   "%s: the pitch radius of the wheel, %.6g mm, is not less than the distance of the "
-                                   "axes, %.6g mm",
-                                   p->what, 500 * gear->number[KMP_GEAR_MODULE].value * gear->teeth[1], 1e3 * distance);
+        return KMP_COMPLAIN(
+            p, p->map, "the pitch radius of the wheel, %.6g mm, is not less than the distance of the axes, %.6g mm",
+            500 * gear->number[KMP_GEAR_MODULE].value * gear->teeth[1], 1e3 * distance);
     kmp_cross3(p->a[0], p->a[1], n);
     gear->sense = (kmp_dot(3, n, c) > 0) != gear->left ? 1 : -1;
     return true;
@@ -544,27 +520,17 @@ static bool find_form(const pair *p)
     const double apart = lines_apart(p, along);
     p->gear->form = apart <= SAME_AXIS * p->length ? KMP_GEAR_BEVEL : KMP_GEAR_WORM;
     if (p->gear->form == KMP_GEAR_WORM && !starts)
-        return kmp_reader_complain(
-            p->r, p->map->place,
-            "%s: the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that "
-            "meet, and a worm has the key starts",
-            p->what, wheel_name(p, 0), wheel_name(p, 1), 1e3 * apart);
+        return KMP_COMPLAIN(p, p->map,
+                            "the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that meet, "
+                            "and a worm has the key starts",
+                            wheel_name(p, 0), wheel_name(p, 1), 1e3 * apart);
     return true;
 }
 
-static bool finish(const pair *p)
-{
-    switch (p->gear->form) {
-    case KMP_GEAR_PARALLEL:
-        return finish_parallel(p);
-    case KMP_GEAR_BEVEL:
-        return finish_bevel(p);
-    case KMP_GEAR_WORM:
-        return finish_worm(p);
-    default:
-        return finish_rack(p);
-    }
-}
+static bool (*const finish[])(const pair *p) = {[KMP_GEAR_PARALLEL] = finish_parallel,
+                                                [KMP_GEAR_BEVEL] = finish_bevel,
+                                                [KMP_GEAR_WORM] = finish_worm,
+                                                [KMP_GEAR_RACK] = finish_rack};
 
 /* -- the whole ----------------------------------------------------------------------------------------- */
 
@@ -572,17 +538,11 @@ static bool finish(const pair *p)
 static bool find_poses(pair *p)
 {
     const kempe_model *model = p->r->model;
-    kmp_arena *arena = &p->r->scratch;
-    p->zero = KMP_ARENA_NEW(arena, double, model->motion_count + 1);
-    p->path = KMP_ARENA_NEW(arena, passed, model->body_count);
-    p->poses = KMP_ARENA_NEW(arena, kmp_pose, model->body_count);
-    p->axes = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->axes);
-    p->places = kmp_arena_alloc(arena, (size_t)model->motion_count + 1, sizeof *p->places);
-    if (arena->failed)
+    p->path = KMP_ARENA_NEW(&p->r->scratch, passed, model->body_count);
+    if (!p->path || !kmp_pose_at_zero(model, &p->r->scratch, &p->at))
         return false;
-    kmp_pose_motions(model, p->zero, p->poses, p->axes, p->places);
     for (int b = 0; b < model->body_count; b++)
-        p->length = fmax(p->length, sqrt(kmp_dot(3, p->poses[b].p, p->poses[b].p)));
+        p->length = fmax(p->length, sqrt(kmp_dot(3, p->at.poses[b].p, p->at.poses[b].p)));
     for (int k = 0; k < model->point_count; k++) {
         const kmp_number *at = model->points[k].at;
         p->length = fmax(p->length, hypot(hypot(at[0].value, at[1].value), at[2].value));
@@ -600,6 +560,113 @@ void kmp_read_gear(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_clo
         return;
     p.gear->ring = -1;
     if (find_path(&p) && find_axes(&p, closure) && check_carrier(&p) && find_form(&p) && read_numbers(&p) &&
-        read_efficiency(&p) && read_play(&p) && finish(&p))
+        read_efficiency(&p) && read_play(&p) && finish[p.gear->form](&p))
         closure->gear = p.gear;
+}
+
+/* -- losses and play ----------------------------------------------------------------------------------- */
+
+/* Losses become friction, and stiffness and backlash become contacts of both flanks, before the model is read. Friction
+ * acts along the path of the first pitch point, with a level for each direction. The first wheel has the force
+ * lambda/e1 where it drives with the efficiency e1. It has e2 lambda where the second wheel drives with e2. So
+ * self-locking pairs, whose e2 is not positive, have finite levels. */
+
+/* The words for both efficiencies: one text, a list of two, or from the friction of a worm's thread with the lead
+ * angle g and the pressure angle a: (cos a - mu tan g)/(cos a + mu/tan g) forwards, (cos a - mu/tan g)/(cos a + mu tan
+ * g) backwards. NULL: there is no loss. */
+static bool efficiency_words(kmp_reader *r, const kmp_yaml *gear, const char *words[2])
+{
+    const kmp_yaml *node = kmp_yaml_get(gear, "efficiency"), *friction = kmp_yaml_get(gear, "friction");
+    const kmp_yaml *lead = kmp_yaml_get(gear, "lead_angle"), *angle = kmp_yaml_get(gear, "pressure_angle");
+    const bool two = node && node->kind == KMP_YAML_LIST && node->count == 2;
+    if (friction && lead && !node) {
+        const char *a = angle && angle->text ? angle->text : "20 deg", *g = lead->text, *mu = friction->text;
+        words[0] = kmp_reader_say(r, "((cos(%s) - (%s)*tan(%s))/(cos(%s) + (%s)/tan(%s)))", a, mu, g, a, mu, g);
+        words[1] = kmp_reader_say(r, "((cos(%s) - (%s)/tan(%s))/(cos(%s) + (%s)*tan(%s)))", a, mu, g, a, mu, g);
+        return mu && g;
+    }
+    for (int k = 0; k < 2; k++)
+        words[k] = two ? node->items[k]->text : node && node->kind == KMP_YAML_SCALAR ? node->text : NULL;
+    return words[0] && words[1];
+}
+
+/* Adds the entry of a part of a gear to a section that has no other one of its name. */
+static void add_entry(kmp_reader *r, const kmp_yaml *key, const char *section, const char *part, const char *name,
+                      const kmp_yaml *entry, kmp_yaml *map)
+{
+    if (kmp_yaml_get(map, name))
+        kmp_reader_complain(r, key->place, "gear '%s': the section %s has '%s', the name of its %s, already", key->text,
+                            section, name, part);
+    else
+        kmp_yaml_put(&r->scratch, map, entry->place, name, entry);
+}
+
+static void add_loss(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, kmp_yaml *forces)
+{
+    const char *name = kmp_reader_own_name(r, key->place.file, key->text), *words[2];
+    kmp_arena *arena = &r->scratch;
+    if (!efficiency_words(r, gear, words))
+        return;
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
+    kmp_yaml *friction = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
+    kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, gear->place);
+    for (int k = 0; k < 2; k++) { /* against positive rates, and against negative ones */
+        const char *level = kmp_reader_say(r, "if(lambda(%s) %c 0, 1/(%s) - 1, 1 - (%s))*abs(lambda(%s))", name,
+                                           "><"[k], words[0], words[1], name);
+        kmp_yaml_append(arena, levels, NULL, kmp_yaml_word(arena, gear->place, level));
+    }
+    kmp_yaml_put(arena, friction, gear->place, "force", levels);
+    kmp_yaml_put_word(arena, entry, gear->place, "sliding", kmp_reader_say(r, "path(%s)", name));
+    kmp_yaml_put(arena, entry, gear->place, "friction", friction);
+    if (entry)
+        add_entry(r, key, "forces", "losses", kmp_reader_say(r, "%s_loss", key->text), entry, forces);
+}
+
+/* An entry of a flank: the gap is half of the backlash less the transmission error, or more it. */
+static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, const char *flank, char sign,
+                      kmp_yaml *contacts)
+{
+    static const char *const keys[] = {"stiffness", "damping", "restitution"};
+    const char *name = kmp_reader_own_name(r, key->place.file, key->text);
+    const kmp_yaml *backlash = kmp_yaml_get(gear, "backlash"), *stiffness = kmp_yaml_get(gear, "stiffness");
+    kmp_arena *arena = &r->scratch;
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
+    const char *gap = backlash && backlash->text
+                          ? kmp_reader_say(r, "(%s)/2 %c transmission_error(%s)", backlash->text, sign, name)
+                          : kmp_reader_say(r, "0 m %c transmission_error(%s)", sign, name);
+    kmp_yaml_put_word(arena, entry, gear->place, "gap", gap);
+    kmp_yaml_put_word(arena, entry, gear->place, "law", stiffness ? "kelvin_voigt" : NULL);
+    for (int k = 0; k < 3; k++) {
+        const kmp_yaml *given = kmp_yaml_get(gear, keys[k]);
+        kmp_yaml_put(arena, entry, gear->place, keys[k], given);
+        if (!given && k == (stiffness ? 1 : 2))
+            kmp_yaml_put_word(arena, entry, gear->place, keys[k], "0");
+    }
+    if (entry)
+        add_entry(r, key, "contacts", "flank", kmp_reader_say(r, "%s_%s", key->text, flank), entry, contacts);
+}
+
+void kmp_read_gear_losses(kmp_reader *r)
+{
+    const kmp_yaml *gears = kmp_yaml_get(r->root, "gears");
+    const char *words[2];
+    kmp_yaml *root = NULL, *forces = NULL, *contacts = NULL;
+    for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++) {
+        const kmp_yaml *gear = gears->items[k];
+        const bool loses = gear && efficiency_words(r, gear, words),
+                   plays = kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
+        if (!root && (loses || plays))
+            root = kmp_yaml_copy(&r->scratch, r->root);
+        if (root && loses && !forces)
+            forces = kmp_yaml_open(&r->scratch, root, "forces");
+        if (root && plays && !contacts)
+            contacts = kmp_yaml_open(&r->scratch, root, "contacts");
+        if (loses && forces)
+            add_loss(r, gears->keys[k], gear, forces);
+        if (plays && contacts) {
+            add_flank(r, gears->keys[k], gear, "front", '-', contacts);
+            add_flank(r, gears->keys[k], gear, "back", '+', contacts);
+        }
+    }
+    r->root = root ? root : r->root;
 }

@@ -26,13 +26,10 @@
 int kmp_reader_add_file(kmp_reader *r, const char *label)
 {
     kempe_model *model = r->model;
-    int count = model->source.file_count;
-    const char **files = kmp_arena_room(&model->arena, model->source.files, count, sizeof *files);
     const char *kept = kmp_arena_strdup(&model->arena, label);
-    if (!files || !kept)
+    if (!kept || !KMP_ARENA_GROW(&model->arena, model->source.files, model->source.file_count))
         return -1;
-    files[count] = kept;
-    model->source.files = files;
+    model->source.files[model->source.file_count] = kept;
     return model->source.file_count++;
 }
 
@@ -54,13 +51,10 @@ static const char *name_of(void *user, int number)
 static void note(void *user, const char *line, bool altered)
 {
     kempe_model *model = ((kmp_reader *)user)->model;
-    const char **notes = kmp_arena_room(&model->arena, model->source.notes, model->source.note_count, sizeof *notes);
     const char *kept = kmp_arena_strdup(&model->arena, line);
     model->source.altered = model->source.altered || altered;
-    if (!notes || !kept)
-        return; /* the arena has failed */
-    model->source.notes = notes;
-    notes[model->source.note_count++] = kept;
+    if (kept && KMP_ARENA_GROW(&model->arena, model->source.notes, model->source.note_count))
+        model->source.notes[model->source.note_count++] = kept;
 }
 
 void kmp_reader_warn(kmp_reader *r, kmp_place place, const char *format, ...)
@@ -90,12 +84,9 @@ static void note_path(kempe_model *model, const char *path)
     for (int k = 0; k < model->source.path_count; k++)
         if (strcmp(model->source.paths[k], path) == 0)
             return;
-    const char **paths = kmp_arena_room(&model->arena, model->source.paths, model->source.path_count, sizeof *paths);
     const char *kept = kmp_arena_strdup(&model->arena, path);
-    if (!paths || !kept)
-        return; /* the arena has failed */
-    model->source.paths = paths;
-    paths[model->source.path_count++] = kept;
+    if (kept && KMP_ARENA_GROW(&model->arena, model->source.paths, model->source.path_count))
+        model->source.paths[model->source.path_count++] = kept;
 }
 
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
@@ -287,12 +278,12 @@ bool kmp_reader_said(kmp_reader *r, const char *what, const kmp_yaml *again, kmp
     if (includes(r, before.file, again->place.file))
         return true;
     if (before.file == again->place.file)
-        kmp_reader_complain(r, again->place, "%s: '%s' is given twice", what, again->text);
+        kmp_complain_of(r, again, what, "'%s' is given twice", again->text);
     else
-        kmp_reader_complain(r, again->place,
-                            "%s: '%s' is given twice, also in %s:%d, and neither file includes the other: give it in a "
-                            "file that includes both",
-                            what, again->text, r->model->source.files[before.file], before.line);
+        kmp_complain_of(r, again, what,
+                        "'%s' is given twice, also in %s:%d, and neither file includes the other: give it in a file "
+                        "that includes both",
+                        again->text, r->model->source.files[before.file], before.line);
     return false;
 }
 
@@ -423,17 +414,9 @@ static const kmp_yaml *join_lists(kmp_reader *r, const kmp_yaml *list, const kmp
     return joined ? joined : list;
 }
 
-/* `map` with another value of `key`. */
 static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char *key, const kmp_yaml *item)
 {
-    kmp_yaml *changed = item ? kmp_yaml_copy(&r->scratch, map) : NULL;
-    const kmp_yaml *there = find_key(changed, key);
-    for (int i = 0; changed && there && i < changed->count; i++)
-        if (changed->keys[i] == there)
-            changed->items[i] = item;
-    if (changed && !there)
-        kmp_yaml_put(&r->scratch, changed, item->place, key, item);
-    return changed ? changed : map;
+    return kmp_yaml_with(&r->scratch, map, key, item);
 }
 
 /* A section of a file; NULL: it has none, or what is not a mapping, which is reported where it is read. */
@@ -451,7 +434,7 @@ static const kmp_yaml *set_input(kmp_reader *r, const kmp_yaml *input, const kmp
     static const char *const kept[] = {"unit", "default"};
     kmp_yaml *set = value->kind == KMP_YAML_MAP ? kmp_yaml_copy(&r->scratch, value)
                                                 : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, value->place);
-    if (set && value->kind != KMP_YAML_MAP)
+    if (value->kind != KMP_YAML_MAP)
         kmp_yaml_put(&r->scratch, set, value->place, "default", value);
     for (size_t k = 0; set && k < sizeof kept / sizeof *kept; k++)
         if (!kmp_yaml_get(set, kept[k]))
@@ -461,12 +444,10 @@ static const kmp_yaml *set_input(kmp_reader *r, const kmp_yaml *input, const kmp
 
 static bool note_set(kmp_reader *r, const kmp_yaml *value)
 {
-    const kmp_yaml **list = kmp_arena_room(&r->scratch, r->set_values, r->set_count, sizeof(const kmp_yaml *));
-    if (list) {
-        r->set_values = list;
-        list[r->set_count++] = value;
-    }
-    return list;
+    if (!KMP_ARENA_GROW(&r->scratch, r->set_values, r->set_count))
+        return false;
+    r->set_values[r->set_count++] = value;
+    return true;
 }
 
 /* Values that files above set, of names that begin with the prefix of this one, which is left out here; then the file's
@@ -537,9 +518,8 @@ static const kmp_yaml *other_kind(kmp_reader *r, const kmp_yaml *joint, const km
 {
     static const char *const kept[] = {"name", "at", "to", "frame"};
     kmp_yaml *other = kmp_yaml_copy(&r->scratch, kind);
-    for (size_t k = 0; other && k < sizeof kept / sizeof *kept; k++)
-        if (kmp_yaml_get(joint, kept[k]))
-            kmp_yaml_put(&r->scratch, other, joint->place, kept[k], kmp_yaml_get(joint, kept[k]));
+    for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+        kmp_yaml_put(&r->scratch, other, joint->place, kept[k], kmp_yaml_get(joint, kept[k]));
     return other;
 }
 
@@ -590,21 +570,14 @@ static void include_all(kmp_reader *r, const kmp_yaml *root, int parent, const k
 static kmp_base base_of(kmp_reader *r, const kmp_yaml *node)
 {
     static const char *const words[] = {"fixed", "free"};
-    int word = node ? kmp_read_choice(r, node, "an include", KMP_NAMES_OF(words), "the base is", " or ") : -1;
+    int word = kmp_read_choice_of(r, node, "base", "an include", KMP_NAMES_OF(words), "the base is", -1);
     return word < 0 ? kmp_context_base(r->context) : word == 0 ? KMP_BASE_FIXED : KMP_BASE_FREE;
 }
 
 static bool are_stops(kmp_reader *r, const kmp_yaml *node)
 {
-    static const char *const words[] = {"no", "yes"};
-    int word = node ? kmp_read_choice(r, node, "an include", KMP_NAMES_OF(words), "joint_limits is", " or ") : -1;
+    int word = kmp_read_choice_of(r, node, "joint_limits", "an include", kmp_no_or_yes, "joint_limits is", -1);
     return word < 0 ? kmp_context_has_limits(r->context) : word == 1;
-}
-
-/* The name of a file: of one that Kempe brings as it is, of others in the folder of the including file. */
-static const char *path_of(kmp_reader *r, int parent, const char *word)
-{
-    return kmp_is_element(word) ? word : kmp_path_beside(r, parent, word);
 }
 
 /* The parameters of a copy, with its number. */
@@ -625,7 +598,7 @@ static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const 
     const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";
-    const char *path = word ? path_of(r, parent, word) : NULL;
+    const char *path = !word || kmp_is_element(word) ? word : kmp_path_beside(r, parent, word);
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
     if (copy > 0)
@@ -635,32 +608,29 @@ static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const 
                               .prefix = kmp_reader_name(r, parent, own),
                               .at = kmp_yaml_get(node, "at"),
                               .offset = kmp_yaml_get(node, "offset"),
-                              .base = base_of(r, kmp_yaml_get(node, "base")),
-                              .limits = are_stops(r, kmp_yaml_get(node, "joint_limits")),
+                              .base = base_of(r, node),
+                              .limits = are_stops(r, node),
                               .ground = -1};
     if (x.file >= 0)
         load(r, node, name, path, &x);
     if (!x.root || !check_root(r, x.root))
         return;
-    kmp_include_instance *list = kmp_arena_room(&r->scratch, r->instances, r->instance_count, sizeof *list);
-    if (!list)
+    if (!KMP_ARENA_GROW(&r->scratch, r->instances, r->instance_count))
         return;
-    r->instances = list;
-    list[r->instance_count++] = x;
-    if (!kmp_bind_ports(r, node, &list[r->instance_count - 1], copy, copies)) {
+    r->instances[r->instance_count++] = x;
+    if (!kmp_bind_ports(r, node, &r->instances[r->instance_count - 1], copy, copies)) {
         r->instance_count--; /* nothing of the file is read */
         return;
     }
-    x = list[r->instance_count - 1];
+    x = r->instances[r->instance_count - 1];
     const kmp_yaml *set = kmp_yaml_get(node, "set"), *rest = NULL;
     set = set && kmp_read_map(r, set, "include set", NULL) ? set : NULL;
     const kmp_yaml *root = set_values(r, with_number(r, x.root, copy), values_for(r, above, own, set), &rest);
     root = set_joints(r, root, kmp_yaml_get(node, "joints"));
-    for (int k = 0; k < JOINED_PARTS; k++) {
-        const char *part = joined_parts[k];
-        r->root =
-            with_item(r, r->root, part, join_maps(r, kmp_yaml_get(r->root, part), kmp_yaml_get(root, part), x.file));
-    }
+    for (int k = 0; k < JOINED_PARTS; k++)
+        r->root = with_item(
+            r, r->root, joined_parts[k],
+            join_maps(r, kmp_yaml_get(r->root, joined_parts[k]), kmp_yaml_get(root, joined_parts[k]), x.file));
     r->root =
         with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
     if (x.foreign && !kmp_yaml_get(r->root, "gravity")) /* robots have it without writing it */

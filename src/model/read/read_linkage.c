@@ -2,7 +2,6 @@
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
 #include "model/read/read_linkage.h"
-#include "base/context.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/files/nodes.h"
@@ -122,13 +121,11 @@ static bool read_kind(kmp_reader *r, kmp_edge *edge, const char *what)
         if (strcmp(kmp_joint_rows[k].name, "free") != 0)
             names = names ? kmp_reader_say(r, "%s, %s", names, kmp_joint_rows[k].name) : kmp_joint_rows[k].name;
     if (count == 1)
-        kmp_reader_complain(r, edge->key->place,
-                            "%s: a free joint connects nothing: remove it, or attach a body without other joints by "
-                            "it: joint: {free: x, at: ground}",
-                            what);
+        kmp_complain_of(r, edge->key, what,
+                        "a free joint connects nothing: remove it, or attach a body without other joints by it: joint: "
+                        "{free: x, at: ground}");
     else
-        kmp_reader_complain(r, edge->map->place, "%s: exactly one of the keys %s is expected, not %d", what, names,
-                            count);
+        kmp_complain_of(r, edge->map, what, "exactly one of the keys %s is expected, not %d", names, count);
     return false;
 }
 
@@ -141,7 +138,7 @@ static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
                  : strcmp(cut->text, "no") == 0 ? KMP_CUT_NO
                                                 : KMP_CUT_CHOICE;
     if (edge->wish == KMP_CUT_CHOICE)
-        kmp_reader_complain(r, cut->place, "%s: cut is 'yes', 'no' or absent", what);
+        kmp_complain_of(r, cut, what, "cut is 'yes', 'no' or absent");
 }
 
 static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char *what)
@@ -152,7 +149,7 @@ static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char 
         edge->point[k] = points->items[k];
         const char *text = kmp_read_word(r, edge->point[k], what);
         if (text && !strchr(text, '.'))
-            kmp_reader_complain(r, edge->point[k]->place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+            kmp_complain_of(r, edge->point[k], what, "a point is written BODY.POINT, not '%s'", text);
         edge->body[k] = text && strchr(text, '.') ? find_body(r, g, edge->point[k], what) : -1;
         edge->off[k] = is_off_origin(g, edge->body[k], edge->point[k]);
     }
@@ -160,8 +157,7 @@ static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char 
         return false;
     if (edge->body[0] != edge->body[1])
         return true;
-    return kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what,
-                               g->body_names[edge->body[0]]);
+    return kmp_complain_of(r, points, what, "both points are on body '%s'", g->body_names[edge->body[0]]);
 }
 
 /* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */
@@ -189,15 +185,14 @@ static void check_edge_keys(kmp_reader *r, const kmp_edge *edge, const char *wha
     const kmp_yaml *plunging = kmp_yaml_get(edge->map, "plunging");
     const char *chain = edge->kind->chain;
     if (plunging)
-        kmp_reader_complain(r, plunging->place, "%s: a %s has no plunging", what, edge->kind->name);
+        kmp_complain_of(r, plunging, what, "a %s has no plunging", edge->kind->name);
     if (axis && axes)
-        kmp_reader_complain(r, edge->map->place, "%s: 'axis' and 'axes' exclude each other", what);
+        kmp_complain_of(r, edge->map, what, "'axis' and 'axes' exclude each other");
     else if (axis && !chain[0])
-        kmp_reader_complain(r, axis->place, "%s: a %s has no axis", what, edge->kind->name);
+        kmp_complain_of(r, axis, what, "a %s has no axis", edge->kind->name);
     else if (axes && !strchr(chain, 'b'))
-        kmp_reader_complain(r, axes->place,
-                            "%s: a %s cannot have two axes: rotate the axes of one of the points instead", what,
-                            edge->kind->name);
+        kmp_complain_of(r, axes, what, "a %s cannot have two axes: rotate the axes of one of the points instead",
+                        edge->kind->name);
     else if (axes)
         kmp_read_list(r, axes, kmp_reader_say(r, "%s: axes", what), 2);
     kmp_check_joint_keys(r, edge->kind, edge->map, what);
@@ -212,21 +207,19 @@ static bool take_closure(kmp_reader *r, kmp_edge *edge, const char *what)
     if (kmp_count_keys(map, kmp_always_cut_names, &kind) == 0)
         return false;
     if (kmp_count_keys(map, kmp_joint_names, &other) > 0)
-        kmp_reader_complain(r, map->place, "%s: it is either a %s or a %s", what, kmp_always_cut_row(kind)->name,
-                            kmp_joint_rows[other].name);
+        kmp_complain_of(r, map, what, "it is either a %s or a %s", kmp_always_cut_row(kind)->name,
+                        kmp_joint_rows[other].name);
     edge->kind = kmp_always_cut_row(kind);
     edge->cut = kmp_cut_row_of(edge->kind->name);
     if (edge->wish == KMP_CUT_NO)
-        kmp_reader_complain(r, kmp_yaml_get(map, "cut")->place, "%s: a %s has no coordinates, and is cut at all times",
-                            what, edge->kind->name);
+        kmp_complain_of(r, kmp_yaml_get(map, "cut"), what, "a %s has no coordinates, and is cut at all times",
+                        edge->kind->name);
     edge->wish = KMP_CUT_YES;
     for (int k = 0; k < map->count; k++)
         if (kmp_name_find(KMP_NAMES_OF(keys), map->keys[k]->text) < 0 &&
             strcmp(map->keys[k]->text, edge->kind->name) != 0 &&
-            kmp_name_find(KMP_NAMES(edge_keys, (int)(sizeof edge_keys / sizeof *edge_keys) - 1), map->keys[k]->text) >=
-                0)
-            kmp_reader_complain(r, map->items[k]->place, "%s: a %s has no %s", what, edge->kind->name,
-                                map->keys[k]->text);
+            kmp_name_find(kmp_key_names(edge_keys), map->keys[k]->text) >= 0)
+            kmp_complain_of(r, map->items[k], what, "a %s has no %s", edge->kind->name, map->keys[k]->text);
     return true;
 }
 
@@ -464,19 +457,13 @@ void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp
         return;
     kmp_read_chain_axes(r, edge->kind->chain, axis_of(r, edge), kmp_edge_what(r, edge), m);
     for (int k = 0; k < edge->freedoms; k++) {
-        int count = model->cut_coordinate_count;
-        kmp_cut_coordinate *list =
-            kmp_arena_room(&model->arena, model->cut_coordinates, count, sizeof *model->cut_coordinates);
         const char *name = cut_name(r, edge, k);
         const kmp_expr *value = name ? kmp_cut_coordinate_of(&model->arena, name, edge->kind->chain, k, m, end) : NULL;
-        if (!list || !value)
+        if (!value || !KMP_ARENA_GROW(&model->arena, model->cut_coordinates, model->cut_coordinate_count))
             return;
-        model->cut_coordinates = list;
-        list[model->cut_coordinate_count++] = (kmp_cut_coordinate){.name = name,
-                                                                   .joint = edge->name,
-                                                                   .number = k + 1,
-                                                                   .rotation = edge->kind->chain[2 * k] == 'R',
-                                                                   .value = value};
+        const bool rotation = edge->kind->chain[2 * k] == 'R';
+        model->cut_coordinates[model->cut_coordinate_count++] = (kmp_cut_coordinate){
+            .name = name, .joint = edge->name, .number = k + 1, .rotation = rotation, .value = value};
     }
 }
 

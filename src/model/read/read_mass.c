@@ -51,9 +51,8 @@ static void drop_symbols(int count, kmp_number *number)
 
 static bool read_positive(const reading *s, const kmp_yaml *node, const char *key, kmp_number *number)
 {
-    const char *what = say_key(s, key);
-    bool good = kmp_read_number(s->r, node, what, kmp_key_dimension(shape_keys, key), number) &&
-                kmp_check_rule(s->r, node, what, KMP_FIELD_POSITIVE, number->value, "");
+    const bool good =
+        kmp_read_ruled(s->r, node, say_key(s, key), kmp_key_dimension(shape_keys, key), KMP_FIELD_POSITIVE, number);
     drop_symbols(good, number);
     return good;
 }
@@ -104,10 +103,8 @@ static kmp_number (*read_places(const reading *s, const kmp_yaml *node, const ch
         bool same = read && good && i > 0;
         for (int k = 0; k < 3 && same; k++)
             same = at[i - 1][k].value == at[i][k].value;
-        if (same) {
-            kmp_reader_complain(s->r, node->items[i]->place, "%s is the same as the one before it", what);
-            read = false;
-        }
+        if (same)
+            read = kmp_reader_complain(s->r, node->items[i]->place, "%s is the same as the one before it", what);
         good = good && read;
     }
     return good ? at : NULL;
@@ -143,9 +140,8 @@ static bool read_between(const reading *s, const kmp_yaml *node, const char *key
     static const char *const none[] = {"at", "axis"};
     for (int k = 0; k < 2; k++)
         if (kmp_yaml_get(s->map, none[k]))
-            return kmp_reader_complain(s->r, kmp_yaml_get(s->map, none[k])->place,
-                                       "%s: a %s between two places has no '%s'; give its length in place of them",
-                                       s->what, key, none[k]);
+            return KMP_COMPLAIN(s, kmp_yaml_get(s->map, none[k]),
+                                "a %s between two places has no '%s'; give its length in place of them", key, none[k]);
     kmp_number(*end)[3] = kmp_read_list(s->r, node, say_key(s, key), 2) ? read_places(s, node, key) : NULL;
     kmp_number sum = {.value = 0}, way[3];
     if (!end)
@@ -212,7 +208,7 @@ static bool read_line(const reading *s, const kmp_yaml *node)
         (radius && !read_positive(s, radius, "radius", &s->shape->radius)))
         return false;
     if (node->count < 2)
-        return kmp_reader_complain(s->r, node->place, "%s: a line needs two places or more", s->what);
+        return KMP_COMPLAIN(s, node, "a line needs two places or more");
     s->shape->through = (const kmp_number(*)[3])read_places(s, node, "line");
     s->shape->through_count = node->count;
     return s->shape->through;
@@ -231,7 +227,7 @@ static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const c
     kmp_text why = {0};
     bool good = text && kmp_mesh_read(arena, own, text, length, mesh, &why);
     if (text && !good && why.length > 0)
-        kmp_reader_complain(r, node->place, "%s: '%s': %s", s->what, path, why.s);
+        kmp_complain_of(r, node, s->what, "'%s': %s", path, why.s);
     r->scratch.failed = r->scratch.failed || why.failed;
     kmp_text_free(&why);
     kmp_free(text);
@@ -257,27 +253,6 @@ static bool read_mesh(const reading *s, const kmp_yaml *node)
     return s->shape->mesh;
 }
 
-/* True for a word of a list with spaces between. */
-static bool is_among(const char *list, const char *word)
-{
-    size_t length = strlen(word);
-    for (; *list; list += strspn(list, " ")) {
-        size_t next = strcspn(list, " ");
-        if (next == length && strncmp(list, word, length) == 0)
-            return true;
-        list += next;
-    }
-    return false;
-}
-
-static bool is_key(const char *word)
-{
-    for (const kmp_key *key = shape_keys; key->name; key++)
-        if (strcmp(key->name, word) == 0)
-            return true;
-    return false;
-}
-
 /* Keys of other kinds are errors; unknown ones have been reported. */
 static bool check_keys(const reading *s)
 {
@@ -285,11 +260,10 @@ static bool check_keys(const reading *s)
     bool good = true;
     for (int i = 0; i < s->map->count; i++) {
         const kmp_yaml *key = s->map->keys[i];
-        if (is_among("density mass hole colour opacity", key->text) || is_among(more, key->text) ||
-            strcmp(key->text, kind) == 0 || !is_key(key->text))
-            continue;
-        kmp_reader_complain(s->r, key->place, "%s: a %s has no '%s'", s->what, kind, key->text);
-        good = false;
+        if (!kmp_text_behind_word("density mass hole colour opacity", key->text) &&
+            !kmp_text_behind_word(more, key->text) && strcmp(key->text, kind) != 0 &&
+            kmp_name_find(kmp_key_names(shape_keys), key->text) >= 0)
+            good = KMP_COMPLAIN(s, key, "a %s has no '%s'", kind, key->text);
     }
     return good;
 }
@@ -301,15 +275,15 @@ static void read_matter(const reading *s)
     kmp_reader *r = s->r;
     const kmp_yaml *density = kmp_yaml_get(s->map, "density"), *mass = kmp_yaml_get(s->map, "mass");
     const kmp_yaml *given = density ? density : mass, *hole = kmp_yaml_get(s->map, "hole");
-    s->shape->hole = hole && hole->kind == KMP_YAML_SCALAR && strcmp(hole->text, "yes") == 0;
+    s->shape->hole = kmp_is_word(hole, "yes");
     if (hole && !s->shape->hole)
-        kmp_reader_complain(r, hole->place, "%s: a hole is written 'hole: yes'", s->what);
+        kmp_complain_of(r, hole, s->what, "a hole is written 'hole: yes'");
     if (density && mass)
         kmp_reader_complain(r, mass->place, "%s has a density, which gives its mass: remove one of the two", s->what);
     else if (given && s->owner->origin)
-        kmp_reader_complain(r, given->place, "%s: the ground has no mass", s->what);
+        kmp_complain_of(r, given, s->what, "the ground has no mass");
     else if (density && s->shape->kind == KMP_SHAPE_LINE)
-        kmp_reader_complain(r, density->place, "%s: a line has no volume; give its mass, or cylinders", s->what);
+        kmp_complain_of(r, density, s->what, "a line has no volume; give its mass, or cylinders");
     else if (given && read_positive(s, given, density ? "density" : "mass", &s->shape->matter))
         s->shape->heavy = true;
     s->shape->by_density = density;
@@ -319,7 +293,7 @@ static void read_matter(const reading *s)
         const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
         bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
         if (!good && why.length > 0)
-            kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
+            KMP_COMPLAIN(s, node, "'%s' gives no mass: %s", s->shape->mesh->path, why.s);
         if (good && s->shape->enclosed.inward)
             kmp_log(s->r->context, KEMPE_LOG_WARNING,
                     "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
@@ -340,7 +314,7 @@ static void read_looks(const reading *s)
     s->shape->colour = -1;
     s->shape->opacity = 1;
     if (colour && colour->empty) {
-        kmp_reader_complain(r, colour->place, "%s: a colour is a name, or \"#rrggbb\" in quotes", s->what);
+        kmp_complain_of(r, colour, s->what, "a colour is a name, or \"#rrggbb\" in quotes");
     } else if (colour && kmp_read_word(r, colour, say_key(s, "colour"))) {
         s->shape->colour = kmp_colour_find(colour->text);
         kmp_nearest nearest = kmp_nearest_of(colour->text, kmp_colour_names);
@@ -364,11 +338,9 @@ static void read_shape(kmp_reader *r, const kmp_shape_owner *owner, const kmp_ya
         [KMP_SHAPE_CYLINDER] = read_round, [KMP_SHAPE_CAPSULE] = read_round,     [KMP_SHAPE_LINE] = read_line,
         [KMP_SHAPE_MESH] = read_mesh};
     kempe_model *model = r->model;
-    kmp_shape *list = kmp_arena_room(&model->arena, model->shapes, model->shape_count, sizeof *list);
-    if (!list || !kmp_read_map(r, map, what, shape_keys))
+    if (!KMP_ARENA_GROW(&model->arena, model->shapes, model->shape_count) || !kmp_read_map(r, map, what, shape_keys))
         return;
-    model->shapes = list;
-    reading s = {r, owner, map, what, &list[model->shape_count]};
+    reading s = {r, owner, map, what, &model->shapes[model->shape_count]};
     int kind = kmp_read_one_key(r, map, what, kinds);
     *s.shape = (kmp_shape){.kind = kind < 0 ? KMP_SHAPE_BOX : (kmp_shape_kind)kind, .body = owner->body};
     if (kind < 0 || !check_keys(&s) || !read[kind](&s, kmp_yaml_get(map, kmp_shape_words[kind])))
@@ -425,7 +397,7 @@ static bool is_possible(const kmp_number inertia[6])
 static bool is_as_given(kmp_reader *r, const kmp_yaml *node)
 {
     const kmp_yaml *word = kmp_yaml_get(node, "as_given");
-    if (word && (word->kind != KMP_YAML_SCALAR || strcmp(word->text, "yes") != 0))
+    if (word && !kmp_is_word(word, "yes"))
         kmp_reader_complain(r, word->place, "to accept an impossible inertia, write 'as_given: yes'");
     return word;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/read/read_modal_body.h"
 #include "base/memory.h"
-#include "linalg/dense/factors.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include "model/flexible/modal_file.h"
@@ -25,11 +24,6 @@ typedef struct reading {
     kmp_modal_file file;
     kmp_modal_reading *to;
 } reading;
-
-static bool complain(const reading *s, const char *words)
-{
-    return kmp_reader_complain(s->r, s->node->place, "%s: %s", s->what, words);
-}
 
 /* -- the file ---------------------------------------------------------------------------------------- */
 
@@ -72,9 +66,8 @@ static bool read_nodes(const reading *s, kmp_modal_nodes *nodes, const char **pa
         *path = kmp_path_beside(s->r, map->place.file, word);
         *text = kmp_read_file(s->r, KMP_FILE_MODES, map, what, *path, &length);
         nodes->text = *text;
-        return *text &&
-               (!memchr(*text, 0, length) ||
-                kmp_reader_complain(s->r, map->place, "%s: '%s' is not a text file: it has bytes of zero", what, word));
+        return *text && (!memchr(*text, 0, length) ||
+                         kmp_complain_of(s->r, map, what, "'%s' is not a text file: it has bytes of zero", word));
     }
     if (!kmp_read_map(s->r, map, what, NULL) || !KMP_ARENA_MAKE(&s->r->scratch, KMP_ROOM(int, map->count + 1, &number),
                                                                 KMP_ROOM(double, 3 * map->count + 1, &at)))
@@ -104,7 +97,7 @@ static void complain_of(const reading *s, const char *path, const char *words)
         kmp_reader_complain(s->r, (kmp_place){.line = s->file.line, .column = s->file.column, .file = file}, "%s: %s",
                             s->what, words);
     else
-        complain(s, words);
+        KMP_COMPLAIN(s, s->node, "%s", words);
 }
 
 static bool load(reading *s, const char *path)
@@ -164,11 +157,9 @@ static int add_nodes(kmp_reader *r, kmp_modal_body *b, const kmp_yaml *node, con
 {
     const int place = kmp_modal_add_nodes(b, count, nodes);
     if (place < 0 && !b->arena->failed)
-        kmp_reader_complain(
-            r, node->place,
-            "%s: the nodes are in a line, and do not say how it turns about that line: give three nodes "
-            "that are not, or an interface of the file",
-            what);
+        kmp_complain_of(r, node, what,
+                        "the nodes are in a line, and do not say how it turns about that line: give three nodes that "
+                        "are not, or an interface of the file");
     return place;
 }
 
@@ -202,7 +193,7 @@ static int find_place(const reading *s, kmp_modal_body *b, const kmp_yaml *node,
         const int own = read_node(s->r, b, node, what);
         return own < 0 ? -1 : add_nodes(s->r, b, node, what, 1, &own);
     }
-    kmp_reader_complain(s->r, node->place, "%s: the file has no interface '%s'; it has: %s", what, word, names_of(s));
+    kmp_complain_of(s->r, node, what, "the file has no interface '%s'; it has: %s", word, names_of(s));
     return -1;
 }
 
@@ -214,13 +205,14 @@ static bool take_interfaces(reading *s)
     s->to->names = s->file.names;
     s->to->named = b->place_count;
     if (!map && b->place_count > KMP_MODAL_PLACES_MOST)
-        return complain(s, kmp_reader_say(s->r,
-                                          "it has %d interfaces: name those that the model uses by 'interfaces: "
-                                          "{A: %s, B: %s}', the one that the joint holds first",
-                                          b->place_count, s->file.names[0], s->file.names[1]));
+        return KMP_COMPLAIN(s, s->node,
+                            "it has %d interfaces: name those that the model uses by 'interfaces: "
+                            "{A: %s, B: %s}', the one that the joint holds first",
+                            b->place_count, s->file.names[0], s->file.names[1]);
     if (!map)
         return b->place_count > 0 ||
-               complain(s, "it has no interfaces: name nodes that joints hold by 'interfaces: {A: [1, 2, 3]}'");
+               KMP_COMPLAIN(s, s->node,
+                            "it has no interfaces: name nodes that joints hold by 'interfaces: {A: [1, 2, 3]}'");
     if (!kmp_read_map(s->r, map, kmp_reader_say(s->r, "the interfaces of %s", s->to->body), NULL))
         return false;
     kmp_modal_place *places = kmp_arena_alloc(&s->r->scratch, (size_t)map->count + 1, sizeof *places);
@@ -272,14 +264,15 @@ static bool split(reading *s, int rigid, const double *elastic)
     if (rigid == 0)
         return true;
     if (n == 0)
-        return complain(s, "all its modes are rigid motions: without others the body is rigid");
+        return KMP_COMPLAIN(s, s->node, "all its modes are rigid motions: without others the body is rigid");
     if (!kmp_modal_combine(b, n, elastic) ||
         !KMP_ARENA_MAKE(b->arena, KMP_ROOM(double, n *n, &mass, &x), KMP_ROOM(double, n, &values),
                         KMP_ROOM(double, n *before, &v)))
         return false;
     kmp_modal_mass(b, mass);
     if (!kmp_modal_values(b->arena, n, b->stiffness, mass, values, x))
-        return !b->arena->failed && complain(s, "without rigid motions its modes have no mass: two of them are alike");
+        return !b->arena->failed &&
+               KMP_COMPLAIN(s, s->node, "without rigid motions its modes have no mass: two of them are alike");
     for (int k = 0; k < n; k++) {
         double largest = 0;
         for (int l = 0; l < before; l++) {
@@ -305,21 +298,23 @@ static bool take_frame(reading *s, kmp_flexible_frame frame)
         return false;
     kmp_modal_move_origin(b, origin);
     if (frame == KMP_FRAME_CHORD && (b->place_count < 2 || !(kmp_dot3(b->places[1].at, b->places[1].at) > 0)))
-        return complain(s,
-                        "the frame 'chord' is from its first interface to the second one, at another place: name both");
+        return KMP_COMPLAIN(
+            s, s->node, "the frame 'chord' is from its first interface to the second one, at another place: name both");
     const int rigids = kmp_modal_rigid(b, elastic, &why);
     if (why.length > 0)
-        complain(s, why.s);
+        KMP_COMPLAIN(s, s->node, "%s", why.s);
     s->r->scratch.failed = s->r->scratch.failed || why.failed;
     kmp_text_free(&why);
     if (rigids < 0)
         return false;
     if (!kmp_modal_frame(b, frame, rigid))
-        return complain(s, "the frame 'mean' needs a moment of inertia about each axis, and it has none about one");
+        return KMP_COMPLAIN(s, s->node,
+                            "the frame 'mean' needs a moment of inertia about each axis, and it has none about one");
     const bool moved = is_moved(b, rigid);
     if (moved && s->to->stiffening == KMP_STIFFENING_FIRST)
-        return complain(s, "its modes move or turn the first interface, and its terms of second order are in their "
-                           "frame: write them in the model's frame, or take 'stiffening: none'");
+        return KMP_COMPLAIN(s, s->node,
+                            "its modes move or turn the first interface, and its terms of second order are in their "
+                            "frame: write them in the model's frame, or take 'stiffening: none'");
     if (moved)
         kmp_modal_subtract(b, rigid);
     if (!split(s, rigids, elastic))
@@ -358,19 +353,17 @@ static bool take_stiffening(reading *s)
     s->to->stiffening = s->file.first ? KMP_STIFFENING_FIRST : KMP_STIFFENING_NONE;
     if (!node)
         return true;
-    const int word = kmp_read_choice(s->r, node, what, KMP_NAMES_OF(kmp_stiffening_words), "the word is", " or ");
+    const int word = kmp_read_choice(s->r, node, what, KMP_NAMES_OF(kmp_stiffening_words), "the word is");
     if (word == KMP_STIFFENING_FULL)
-        return kmp_reader_complain(s->r, node->place, "%s: a file has terms of second order up to 'first'", what);
+        return kmp_complain_of(s->r, node, what, "a file has terms of second order up to 'first'");
     if (word == KMP_STIFFENING_FIRST && !s->file.first)
-        return kmp_reader_complain(s->r, node->place,
-                                   "%s: 'first' needs the arrays 'h', 'Y' and 'interface_H', which the file does not "
-                                   "have, or Ct, Oe and phi of first order in standard input data: take 'none'",
-                                   what);
+        return kmp_complain_of(s->r, node, what,
+                               "'first' needs the arrays 'h', 'Y' and 'interface_H', which the file does not have, or "
+                               "Ct, Oe and phi of first order in standard input data: take 'none'");
     if (word == KMP_STIFFENING_NONE && s->file.whole)
-        return kmp_reader_complain(s->r, node->place,
-                                   "%s: terms of second order cannot be left out, because the file has the stiffening "
-                                   "by rotation within its centrifugal terms (Oe): take 'first'",
-                                   what);
+        return kmp_complain_of(s->r, node, what,
+                               "terms of second order cannot be left out, because the file has the stiffening by "
+                               "rotation within its centrifugal terms (Oe): take 'first'");
     if (word >= 0)
         s->to->stiffening = (kmp_stiffening)word;
     return word >= 0;
@@ -381,10 +374,10 @@ static bool check_second(const reading *s)
 {
     for (int k = 0; k < s->file.body.place_count && s->to->stiffening == KMP_STIFFENING_FIRST; k++)
         if (!s->file.body.places[k].more)
-            return complain(s, kmp_reader_say(s->r,
-                                              "the file has no displacements of second order for interface '%s': use "
-                                              "other interfaces, or 'stiffening: none' where they can be left out",
-                                              s->to->names[k]));
+            return KMP_COMPLAIN(s, s->node,
+                                "the file has no displacements of second order for interface '%s': use "
+                                "other interfaces, or 'stiffening: none' where they can be left out",
+                                s->to->names[k]);
     return true;
 }
 
@@ -418,10 +411,9 @@ static int place_of_node(kmp_reader *r, kmp_modal_reading *m, const kmp_yaml *no
         if (m->node[k - m->named] == own)
             return k;
     if (own >= 0 && m->stiffening == KMP_STIFFENING_FIRST) {
-        kmp_reader_complain(r, node->place,
-                            "%s: the displacement of second order of a node is not in the file: use an interface, or "
-                            "'stiffening: none'",
-                            what);
+        kmp_complain_of(
+            r, node, what,
+            "the displacement of second order of a node is not in the file: use an interface, or 'stiffening: none'");
         return -1;
     }
     const int place = own < 0 ? -1 : add_nodes(r, &m->modal, node, what, 1, &own);
@@ -439,18 +431,17 @@ void kmp_read_modal_point(kmp_reader *r, kmp_modal_reading *m, const kmp_yaml *m
     const kmp_yaml *offset = kmp_yaml_get(map, "offset"), *given = name ? name : node;
     int place = -1;
     if (!given || (name && node)) {
-        kmp_reader_complain(
-            r, map->place,
-            "%s: a point of %s is at an interface or a node of its file: {interface: %s, offset: [0, 0, "
-            "0]} or {node: 0}",
-            what, m->body, m->names[0]);
+        kmp_complain_of(
+            r, map, what,
+            "a point of %s is at an interface or a node of its file: {interface: %s, offset: [0, 0, 0]} or {node: 0}",
+            m->body, m->names[0]);
         return;
     }
     const char *of = kmp_reader_say(r, "%s of %s", name ? "the interface" : "the node", what);
     if (node)
         place = place_of_node(r, m, node, of);
     else {
-        place = kmp_read_choice(r, name, of, KMP_NAMES(m->names, m->named), "it is", " or ");
+        place = kmp_read_choice(r, name, of, KMP_NAMES(m->names, m->named), "it is");
     }
     if (offset &&
         kmp_read_vector(r, offset, kmp_reader_say(r, "the offset of %s", what), KMP_DIM_LENGTH, point->offset))

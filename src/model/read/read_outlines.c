@@ -4,12 +4,9 @@
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/read/read_cams.h"
-#include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
-
-#define TURN 6.28318530717958647692
 
 static const kmp_key outline_keys[] = {
 #include "model/keys/outline_keys.def"
@@ -30,18 +27,16 @@ typedef struct reading {
 
 /* -- values -------------------------------------------------------------------------------------------- */
 
-static bool read_length(const reading *c, const kmp_yaml *node, const char *key, bool positive, double *value)
+static bool read_length(const reading *c, const kmp_yaml *node, const char *key, kmp_field_rule rule, double *value)
 {
-    const char *of = kmp_reader_say(c->r, "%s: %s", c->what, key);
-    return kmp_read_fixed(c->r, node, of, KMP_DIM_LENGTH, value) &&
-           (!positive || kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, *value, ""));
+    return kmp_read_fixed_ruled(c->r, node, kmp_reader_say(c->r, "%s: %s", c->what, key), KMP_DIM_LENGTH, rule, value);
 }
 
 static bool read_place(const reading *c, const kmp_yaml *node, const char *key, double place[2])
 {
     return kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s: %s", c->what, key), 2) &&
-           read_length(c, node->items[0], key, false, &place[0]) &&
-           read_length(c, node->items[1], key, false, &place[1]);
+           read_length(c, node->items[0], key, KMP_FIELD_ANY, &place[0]) &&
+           read_length(c, node->items[1], key, KMP_FIELD_ANY, &place[1]);
 }
 
 /* The key `at`. */
@@ -78,56 +73,72 @@ static bool arc_through(const double a[2], const double b[2], const double c[2],
     centre[0] = a[0] + x;
     centre[1] = a[1] + y;
     const double first = atan2(-y, -x), last = atan2(c[1] - centre[1], c[0] - centre[0]);
-    *turn = fmod(last - first + 2 * TURN, TURN); /* to the left */
+    *turn = fmod(last - first + 2 * KMP_TURN, KMP_TURN); /* to the left */
     if (cross < 0)
-        *turn -= TURN;
+        *turn -= KMP_TURN;
     return true;
 }
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
 
-static bool read_corners(reading *c, int least)
+static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2], double to[2])
 {
-    double first[2], before[2], place[2];
-    const char *key = kmp_outline_words[c->outline->shape];
-    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: %s", c->what, key), least == 2 ? 2 : -1))
+    double through[2], centre[2], turn;
+    if (!kmp_read_map(c->r, map, kmp_reader_say(c->r, "%s: an arc", c->what), arc_keys))
         return false;
-    if (c->node->count < least)
-        return kmp_reader_complain(c->r, c->node->place, "%s: a polygon has three corners or more", c->what);
+    const kmp_yaml *end = kmp_read_required(c->r, map, c->what, "arc");
+    const kmp_yaml *middle = kmp_read_required(c->r, map, c->what, "through");
+    if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
+        return false;
+    if (!arc_through(from, through, to, centre, &turn))
+        return KMP_COMPLAIN(c, map, "the places of this arc are on a straight line");
+    add_arc(c, from, to, centre, turn);
+    return true;
+}
+
+/* Corners with lines between them, and of a path with arcs; the first corner and the last one. */
+static bool read_chain(reading *c, double first[2], double last[2])
+{
+    double place[2];
     for (int k = 0; k < c->node->count; k++) {
-        if (!read_place(c, c->node->items[k], key, place))
+        const kmp_yaml *node = c->node->items[k];
+        const bool arc = c->outline->shape == KMP_OUTLINE_PATH && node->kind == KMP_YAML_MAP;
+        if (arc ? !read_path_arc(c, node, last, place)
+                : !read_place(c, node, kmp_outline_words[c->outline->shape], place))
             return false;
-        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return kmp_reader_complain(c->r, c->node->items[k]->place, "%s: corner %d is at the place of corner %d",
-                                       c->what, k + 1, k);
-        if (k > 0)
-            add_line(c, before, place);
-        else
-            memcpy(first, place, sizeof first);
-        memcpy(before, place, sizeof before);
+        if (k > 0 && hypot(place[0] - last[0], place[1] - last[1]) == 0)
+            return KMP_COMPLAIN(c, node, "corner %d is at the place of corner %d", k + 1, k);
+        if (k == 0)
+            memcpy(first, place, sizeof place);
+        else if (!arc)
+            add_line(c, last, place);
+        memcpy(last, place, sizeof place);
     }
-    if (least > 2)
-        add_line(c, before, first);
     return true;
 }
 
 static bool read_polygon(reading *c)
 {
-    double area = 0;
+    double area = 0, first[2], last[2];
     c->outline->closed = true;
-    if (!read_corners(c, 3))
+    if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: polygon", c->what), -1))
         return false;
+    if (c->node->count < 3)
+        return KMP_COMPLAIN(c, c->node, "a polygon has three corners or more");
+    if (!read_chain(c, first, last))
+        return false;
+    add_line(c, last, first);
     for (int k = 0; k < c->edge_count; k++)
         area += c->edges[k].from[0] * c->edges[k].to[1] - c->edges[k].from[1] * c->edges[k].to[0];
-    return area > 0 || kmp_reader_complain(c->r, c->node->place,
-                                           "%s: the corners go clockwise: write them counter-clockwise, and "
-                                           "'hollow: yes' for a hole",
-                                           c->what);
+    return area > 0 ||
+           KMP_COMPLAIN(c, c->node,
+                        "the corners go clockwise: write them counter-clockwise, and 'hollow: yes' for a hole");
 }
 
 static bool read_segment(reading *c)
 {
-    return read_corners(c, 2);
+    double first[2], last[2];
+    return kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: segment", c->what), 2) && read_chain(c, first, last);
 }
 
 static bool read_rectangle(reading *c)
@@ -137,8 +148,7 @@ static bool read_rectangle(reading *c)
     if (!read_place(c, c->node, "rectangle", size) || !read_at(c, at))
         return false;
     if (!(size[0] > 0 && size[1] > 0))
-        return kmp_reader_complain(c->r, c->node->place, "%s: the sides %.6g m and %.6g m must be positive", c->what,
-                                   size[0], size[1]);
+        return KMP_COMPLAIN(c, c->node, "the sides %.6g m and %.6g m must be positive", size[0], size[1]);
     for (int k = 0; k < 4; k++) {
         corner[k][0] = at[0] + (k == 1 || k == 2 ? 0.5 : -0.5) * size[0];
         corner[k][1] = at[1] + (k >= 2 ? 0.5 : -0.5) * size[1];
@@ -152,10 +162,10 @@ static bool read_circle(reading *c)
 {
     double radius, at[2];
     c->outline->closed = true;
-    if (!read_length(c, c->node, "circle", true, &radius) || !read_at(c, at))
+    if (!read_length(c, c->node, "circle", KMP_FIELD_POSITIVE, &radius) || !read_at(c, at))
         return false;
     const double start[2] = {at[0] + radius, at[1]};
-    add_arc(c, start, start, at, TURN);
+    add_arc(c, start, start, at, KMP_TURN);
     return true;
 }
 
@@ -165,30 +175,15 @@ static bool read_slot(reading *c)
     const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "width");
     double length, width, at[2];
     c->outline->closed = true;
-    if (!node || !read_length(c, c->node, "slot", true, &length) || !read_length(c, node, "width", true, &width) ||
-        !read_at(c, at))
+    if (!node || !read_length(c, c->node, "slot", KMP_FIELD_POSITIVE, &length) ||
+        !read_length(c, node, "width", KMP_FIELD_POSITIVE, &width) || !read_at(c, at))
         return false;
     const double r = width / 2, x = at[0] + length, far[2] = {x, at[1]};
     const double low[2][2] = {{at[0], at[1] - r}, {x, at[1] - r}}, high[2][2] = {{at[0], at[1] + r}, {x, at[1] + r}};
     add_line(c, high[0], high[1]);
-    add_arc(c, high[1], low[1], far, -TURN / 2);
+    add_arc(c, high[1], low[1], far, -KMP_TURN / 2);
     add_line(c, low[1], low[0]);
-    add_arc(c, low[0], high[0], at, -TURN / 2);
-    return true;
-}
-
-static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2], double to[2])
-{
-    double through[2], centre[2], turn;
-    if (!kmp_read_map(c->r, map, kmp_reader_say(c->r, "%s: an arc", c->what), arc_keys))
-        return false;
-    const kmp_yaml *end = kmp_read_required(c->r, map, c->what, "arc");
-    const kmp_yaml *middle = kmp_read_required(c->r, map, c->what, "through");
-    if (!end || !middle || !read_place(c, end, "arc", to) || !read_place(c, middle, "through", through))
-        return false;
-    if (!arc_through(from, through, to, centre, &turn))
-        return kmp_reader_complain(c->r, map->place, "%s: the places of this arc are on a straight line", c->what);
-    add_arc(c, from, to, centre, turn);
+    add_arc(c, low[0], high[0], at, -KMP_TURN / 2);
     return true;
 }
 
@@ -196,11 +191,10 @@ static bool read_path_arc(reading *c, const kmp_yaml *map, const double from[2],
 static bool close_path(reading *c, const double first[2], const double last[2])
 {
     static const char *const words[] = {"yes", "no"};
-    const kmp_yaml *node = kmp_yaml_get(c->map, "closed");
-    const double angle = TURN / c->outline->copies, cosine = cos(angle), sine = sin(angle);
+    const double angle = KMP_TURN / c->outline->copies, cosine = cos(angle), sine = sin(angle);
     const double next[2] = {cosine * first[0] - sine * first[1], sine * first[0] + cosine * first[1]};
     const double *to = c->outline->copies > 1 ? next : first;
-    const int word = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "closed is", " or ") : 1;
+    const int word = kmp_read_choice_of(c->r, c->map, "closed", c->what, KMP_NAMES_OF(words), "closed is", 1);
     c->outline->closed = word == 0;
     if (c->outline->closed && hypot(to[0] - last[0], to[1] - last[1]) > KMP_WRITTEN_DIGITS * hypot(last[0], last[1]))
         add_line(c, last, to);
@@ -209,26 +203,12 @@ static bool close_path(reading *c, const double first[2], const double last[2])
 
 static bool read_path(reading *c)
 {
-    double first[2] = {0}, before[2] = {0}, place[2];
+    double first[2] = {0}, last[2] = {0};
     if (!kmp_read_list(c->r, c->node, kmp_reader_say(c->r, "%s: path", c->what), -1))
         return false;
     if (c->node->count < 2 || c->node->items[0]->kind == KMP_YAML_MAP)
-        return kmp_reader_complain(c->r, c->node->place, "%s: a path has two corners or more, and begins with a corner",
-                                   c->what);
-    for (int k = 0; k < c->node->count; k++) {
-        const kmp_yaml *node = c->node->items[k];
-        if (node->kind == KMP_YAML_MAP ? !read_path_arc(c, node, before, place) : !read_place(c, node, "path", place))
-            return false;
-        if (k > 0 && hypot(place[0] - before[0], place[1] - before[1]) == 0)
-            return kmp_reader_complain(c->r, node->place, "%s: corner %d is at the place of corner %d", c->what, k + 1,
-                                       k);
-        if (k == 0)
-            memcpy(first, place, sizeof first);
-        else if (node->kind != KMP_YAML_MAP)
-            add_line(c, before, place);
-        memcpy(before, place, sizeof before);
-    }
-    return close_path(c, first, before);
+        return KMP_COMPLAIN(c, c->node, "a path has two corners or more, and begins with a corner");
+    return read_chain(c, first, last) && close_path(c, first, last);
 }
 
 /* Cams are curves, without edges. */
@@ -244,33 +224,21 @@ CAM(law)
 
 /* -- an outline ---------------------------------------------------------------------------------------- */
 
-static bool has_word(const char *words, const char *word)
-{
-    const size_t length = strlen(word);
-    for (const char *at = strstr(words, word); at; at = strstr(at + 1, word))
-        if ((at == words || at[-1] == ' ') && (at[length] == 0 || at[length] == ' '))
-            return true;
-    return false;
-}
-
 /* Keys that another shape has. */
 static bool check_keys(const reading *c)
 {
     static const char *const keys[] = {"width", "at", "closed", "round", "hollow", "copies", "base", "follower"};
     const int shape = (int)c->outline->shape;
     for (int k = 0; k < 8; k++)
-        if (kmp_yaml_get(c->map, keys[k]) && !has_word(kmp_outline_more[shape], keys[k]))
-            return kmp_reader_complain(c->r, kmp_yaml_get(c->map, keys[k])->place,
-                                       "%s: the key '%s' does not belong to a '%s'", c->what, keys[k],
-                                       kmp_outline_words[shape]);
+        if (kmp_yaml_get(c->map, keys[k]) && !kmp_text_behind_word(kmp_outline_more[shape], keys[k]))
+            return KMP_COMPLAIN(c, kmp_yaml_get(c->map, keys[k]), "the key '%s' does not belong to a '%s'", keys[k],
+                                kmp_outline_words[shape]);
     return true;
 }
 
 static bool read_common(const reading *c)
 {
-    static const char *const words[] = {"yes"};
     const kmp_yaml *copies = kmp_yaml_get(c->map, "copies"), *round = kmp_yaml_get(c->map, "round");
-    const kmp_yaml *hollow = kmp_yaml_get(c->map, "hollow");
     const char *of = kmp_reader_say(c->r, "%s: copies", c->what);
     double count = 1;
     if (copies && !kmp_read_fixed(c->r, copies, of, KMP_DIM_NUMBER, &count))
@@ -279,14 +247,10 @@ static bool read_common(const reading *c)
         return kmp_reader_complain(c->r, copies->place, "%s is %.6g: a whole number from 1 to 1000 is expected", of,
                                    count);
     c->outline->copies = (int)count;
-    of = kmp_reader_say(c->r, "%s: round", c->what);
-    if (round && (!kmp_read_fixed(c->r, round, of, KMP_DIM_LENGTH, &c->outline->round) ||
-                  !kmp_check_rule(c->r, round, of, KMP_FIELD_NOT_NEGATIVE, c->outline->round, "")))
+    if (round && !read_length(c, round, "round", KMP_FIELD_NOT_NEGATIVE, &c->outline->round))
         return false;
-    if (hollow && kmp_read_choice(c->r, hollow, c->what, KMP_NAMES_OF(words), "hollow is", "") < 0)
-        return false;
-    c->outline->hollow = hollow != NULL;
-    return true;
+    c->outline->hollow = kmp_yaml_get(c->map, "hollow");
+    return kmp_read_choice_of(c->r, c->map, "hollow", c->what, kmp_yes, "hollow is", 0) >= 0;
 }
 
 /* The same edges the other way. */
@@ -318,24 +282,21 @@ static void read_outline(reading *c, int shape)
     c->outline->shape = (kmp_outline_shape)shape;
     c->node = kmp_yaml_get(c->map, kmp_outline_words[shape]);
     c->edges = KMP_ARENA_NEW(&c->r->scratch, kmp_outline_edge, c->node->count + 4);
-    if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c))
-        return;
-    if (c->outline->cam)
+    if (!c->edges || !check_keys(c) || !read_common(c) || !shape_readers[shape](c) || c->outline->cam)
         return;
     if (c->outline->hollow)
         reverse(c);
     if (!kmp_outline_make(&c->r->model->arena, c->edges, c->edge_count, c->outline, &wrong)) {
         if (wrong >= 0)
-            kmp_reader_complain(c->r, c->map->place,
-                                "%s: the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius "
-                                "%.6g m",
-                                c->what, c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0],
-                                c->edges[wrong].to[1], c->outline->round);
+            KMP_COMPLAIN(c, c->map,
+                         "the edge from (%.6g, %.6g) m to (%.6g, %.6g) m is too short for corners of radius %.6g m",
+                         c->edges[wrong].from[0], c->edges[wrong].from[1], c->edges[wrong].to[0], c->edges[wrong].to[1],
+                         c->outline->round);
         return;
     }
     if (kmp_outline_crosses(c->outline, place))
-        kmp_reader_complain(c->r, c->node->place, "%s: it crosses itself at (%.6g, %.6g) m%s", c->what, place[0],
-                            place[1], c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
+        KMP_COMPLAIN(c, c->node, "it crosses itself at (%.6g, %.6g) m%s", place[0], place[1],
+                     c->outline->copies > 1 ? ", perhaps with a copy: take fewer 'copies'" : "");
 }
 
 void kmp_read_outlines(kmp_reader *r)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
 #include "model/read/read_outputs.h"
-#include "base/memory.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -194,7 +193,7 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         const int body = kmp_joint_find(r->model, name);
         const char *obstacle = kmp_joint_obstacle(r->model, body);
         if (obstacle)
-            kmp_reader_complain(r, node->place, "%s: the load of joint '%s' is not known: %s", what, name, obstacle);
+            kmp_complain_of(r, node, what, "the load of joint '%s' is not known: %s", name, obstacle);
         return body - 1;
     }
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;

@@ -10,7 +10,6 @@
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
-#include "symbolic/table_function.h"
 #include <ctype.h>
 #include <kempe/settings.h>
 #include <math.h>
@@ -32,7 +31,7 @@ static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, k
 {
     kmp_points p = {.r = r, .map = map, .what = what, .key = {"t", "value"}, .dimension = KMP_DIM_NUMBER};
     const kmp_yaml *method = kmp_read_required(r, map, what, "method");
-    int word = method ? kmp_read_choice(r, method, what, kmp_signal_words, "the method is", " or ") : -1;
+    int word = method ? kmp_read_choice(r, method, what, kmp_signal_words, "the method is") : -1;
     if (word < 0 || !kmp_read_points(&p) || (p.count > 1 && !kmp_points_increase(&p, "times", "sample")))
         return;
     if (p.count < 1) {
@@ -48,10 +47,8 @@ static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, k
 static const kmp_yaml *with_columns(kmp_reader *r, const kmp_yaml *map, const char *name)
 {
     kmp_yaml *full = kmp_yaml_copy(&r->scratch, map);
-    if (full && !kmp_yaml_get(map, "t"))
-        kmp_yaml_put(&r->scratch, full, map->place, "t", kmp_yaml_word(&r->scratch, map->place, "t"));
-    if (full && !kmp_yaml_get(map, "value"))
-        kmp_yaml_put(&r->scratch, full, map->place, "value", kmp_yaml_word(&r->scratch, map->place, name));
+    kmp_yaml_put_word(&r->scratch, full, map->place, "t", kmp_yaml_get(map, "t") ? NULL : "t");
+    kmp_yaml_put_word(&r->scratch, full, map->place, "value", kmp_yaml_get(map, "value") ? NULL : name);
     return full ? full : map;
 }
 
@@ -78,11 +75,10 @@ static const kmp_yaml *samples_of(kmp_reader *r, kmp_place place, const char *te
         kmp_reader_complain(r, place, "a number or FILE:COLUMN:METHOD is expected here, not '%s'", text);
         return NULL;
     }
-    for (int k = 0; k < 3; k++) {
-        const char *part = kmp_reader_say(r, "%.*s", (int)(end[k] - begin[k]), begin[k]);
-        kmp_yaml_put(&r->scratch, map, place, parts[k], kmp_yaml_word(&r->scratch, place, part));
-    }
-    kmp_yaml_put(&r->scratch, map, place, "t", kmp_yaml_word(&r->scratch, place, "t"));
+    for (int k = 0; k < 3; k++)
+        kmp_yaml_put_word(&r->scratch, map, place, parts[k],
+                          kmp_reader_say(r, "%.*s", (int)(end[k] - begin[k]), begin[k]));
+    kmp_yaml_put_word(&r->scratch, map, place, "t", "t");
     return map;
 }
 

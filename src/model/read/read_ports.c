@@ -4,7 +4,6 @@
 #include "model/read/read_ports.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
-#include "model/files/nodes.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include <string.h>
@@ -19,14 +18,10 @@ typedef enum port_kind {
     PORT_KINDS
 } port_kind;
 
-static const char *const kinds[] =
-    {
-#define KMP_PORT_KIND(word, meaning) #word,
-#include "model/read/port_kinds.def"
-#undef KMP_PORT_KIND
-},
-                         *const meanings[] = {
-#define KMP_PORT_KIND(word, meaning) meaning,
+static const struct {
+    const char *word, *meaning;
+} kinds[] = {
+#define KMP_PORT_KIND(word, meaning) {#word, meaning},
 #include "model/read/port_kinds.def"
 #undef KMP_PORT_KIND
 };
@@ -119,7 +114,7 @@ static bool check_declared(kmp_reader *r, const kmp_yaml *ports)
     for (int k = 0; good && k < ports->count; k++)
         good = kmp_read_name(r, ports->keys[k], "a port") &&
                kmp_read_choice(r, ports->items[k], kmp_reader_say(r, "port '%s'", ports->keys[k]->text),
-                               KMP_NAMES_OF(kinds), "its kind is", " or ") >= 0;
+                               KMP_NAMES_OF(kinds), "its kind is") >= 0;
     return good;
 }
 
@@ -154,7 +149,7 @@ static bool take_bound(kmp_reader *r, const kmp_yaml *node, kmp_include_instance
         const kmp_yaml *to = kmp_yaml_get(given, name);
         if (!to)
             good = kmp_reader_complain(r, (given ? given : node)->place, "%s is not given: it is %s", what,
-                                       meanings[kmp_name_find(KMP_NAMES_OF(kinds), x->ports->items[k]->text)]);
+                                       kinds[kmp_name_find(KMP_NAMES_OF(kinds), x->ports->items[k]->text)].meaning);
         x->bound[k] = to ? one_of(r, what, to, copy, copies) : NULL;
         good = x->bound[k] && good;
     }
@@ -212,10 +207,9 @@ static void check_port(kmp_reader *r, port_kind kind, const kmp_yaml *to, const 
     case PORT_KINDS:
     default:
         if (!is_variable(r, to))
-            kmp_reader_complain(
-                r, to->place,
-                "%s: '%s' is not an input, a state, a named expression or a parameter: give a name of one", what,
-                to->text);
+            kmp_complain_of(r, to, what,
+                            "'%s' is not an input, a state, a named expression or a parameter: give a name of one",
+                            to->text);
     }
 }
 

@@ -8,6 +8,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_flexible.h"
 #include "model/read/read_include.h"
 #include "model/read/reading.h"
@@ -233,12 +234,8 @@ void kmp_lock_pressed(kmp_reader *r)
     for (int i = 1; i < model->body_count; i++) {
         kmp_body *body = &model->bodies[i];
         body->load_closure = model->closure_count;
-        for (int k = 0; k < body->load_count; k++)
-            model->closures[model->closure_count++] = (kmp_closure){.name = model->motions[body->first_motion + k].name,
-                                                                    .kind = KMP_CLOSURE_lock,
-                                                                    .place = body->place,
-                                                                    .point = {-1, -1},
-                                                                    .motion = body->first_motion + k};
+        for (int k = body->first_motion; k < body->first_motion + body->load_count; k++)
+            kmp_add_closure(r, model->motions[k].name, KMP_CLOSURE_lock, body->place)->motion = k;
     }
 }
 
@@ -286,10 +283,10 @@ static const kmp_expr *read_named(kmp_reader *r, const kmp_yaml *node, const cha
     if (closure < 0 && body >= 0)
         return size_of_joint(r, node->place, body, what);
     if (closure < 0)
-        kmp_reader_complain(r, node->place, "%s: unknown loop or joint '%s'", what, name);
+        kmp_complain_of(r, node, what, "unknown loop or joint '%s'", name);
     else if (kmp_closure_row_of(&model->closures[closure])->pressing == 0)
-        kmp_reader_complain(r, node->place, "%s: the reaction of a %s has no size that presses surfaces together", what,
-                            kmp_closure_word(&model->closures[closure]));
+        kmp_complain_of(r, node, what, "the reaction of a %s has no size that presses surfaces together",
+                        kmp_closure_word(&model->closures[closure]));
     else
         return size_of(r, closure, 1);
     return NULL;

@@ -58,7 +58,7 @@ static bool read_word_of(const reading *c, const kmp_yaml *map, const char *key,
     const kmp_yaml *node = kmp_yaml_get(map, key);
     if (node)
         *found = kmp_read_choice(c->r, node, c->what, KMP_NAMES(words, strlen(words[2]) ? 3 : 2),
-                                 kmp_reader_say(c->r, "the %s is", key), " or ");
+                                 kmp_reader_say(c->r, "the %s is", key));
     return *found >= 0;
 }
 
@@ -94,7 +94,7 @@ static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *
     if (c->rope->closed && c->list->count < 3)
         return kmp_reader_complain(c->r, node->place, "%s: a closed rope leaves a sheave only if two others remain",
                                    c->what);
-    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is", "") == 0;
+    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is") == 0;
     return place->leaves;
 }
 

@@ -177,8 +177,8 @@ static void read_cut_value(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *n
     int k = kmp_cut_coordinate_find(r->model, kmp_reader_name(r, key->place.file, key->text));
     kmp_cut_coordinate *c = k < 0 ? NULL : &r->model->cut_coordinates[k];
     if (!c && !r->wrong)
-        kmp_reader_complain(r, key->place, "%s: joint '%s' has several coordinates: %s.1, %s.2, ..", what, key->text,
-                            key->text, key->text);
+        kmp_complain_of(r, key, what, "joint '%s' has several coordinates: %s.1, %s.2, ..", key->text, key->text,
+                        key->text);
     if (!c)
         return;
     kmp_dimension wanted = KMP_DIM(c->rotation ? 0 : 1, 0, power);
@@ -229,8 +229,7 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
 {
     enum { HELD, FREE, STATIC };
     static const char *const words[] = {"held", "free", "static"};
-    const int word =
-        node ? kmp_read_choice(r, node, "start elastic", KMP_NAMES_OF(words), "the word is", " or ") : HELD;
+    const int word = node ? kmp_read_choice(r, node, "start elastic", KMP_NAMES_OF(words), "the word is") : HELD;
     if (word == FREE)
         return;
     for (int k = 0; k < r->model->motion_count; k++)
@@ -364,7 +363,7 @@ static void read_names(kmp_reader *r, const kmp_yaml *list, const char *what, in
         for (int k = 0; k < *count; k++)
             twice = twice || (*motions)[k] == motion;
         if (motion >= 0 && twice)
-            kmp_reader_complain(r, list->items[i]->place, "%s: '%s' is given twice", what, list->items[i]->text);
+            kmp_complain_of(r, list->items[i], what, "'%s' is given twice", list->items[i]->text);
         else if (motion >= 0)
             (*motions)[(*count)++] = motion;
     }

@@ -8,6 +8,7 @@
 #include "model/language/expression_value.h"
 #include "model/language/limits.h"
 #include "model/read/read_algebraic.h"
+#include "model/read/read_bodies.h"
 #include "model/read/read_compliant.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
@@ -23,8 +24,8 @@ static const kmp_key keys[] = {
 typedef struct kmp_function_block block;
 
 typedef struct block_kind {
-    const char *key;  /* the key that only it has */
-    const char *keys; /* the others, in addition to `start` and `scale`, with a space around each */
+    const char *key;                                  /* the key that only it has */
+    const char *keys;                                 /* the others, in addition to `start` and `scale` */
     int (*count)(kmp_reader *r, block *b);            /* its states; sets b->direct */
     const char *(*suffix)(const block *b, int state); /* of the name of a state that is not its value */
     void (*read)(kmp_reader *r, block *b);            /* sets rates and next values, and the value if it is direct */
@@ -65,19 +66,20 @@ static const kmp_expr *block_state(kmp_reader *r, const block *b, int i)
     return make(r, (kmp_expr){.kind = KMP_EXPR_QD, .index = kmp_model_coordinates(r->model) + b->first + i});
 }
 
-/* Adds a name to the locals; nothing where `expr` is NULL. */
-static void block_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
-{
-    if (expr)
-        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
-}
-
 /* An expression by a text with names of locals; NULL: no memory, or a local that is used is missing. */
 static const kmp_expr *block_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
 {
-    const char *kept = kmp_arena_strdup(&r->scratch, text);
-    return kept && !r->scratch.failed && !r->model->arena.failed ? kmp_expr_formula(&r->model->arena, kept, locals)
-                                                                 : NULL;
+    return !r->scratch.failed && !r->model->arena.failed ? kmp_expr_formula(&r->model->arena, text, locals) : NULL;
+}
+
+static const char *of_key(kmp_reader *r, const block *b, const char *key)
+{
+    return kmp_reader_say(r, "%s of %s", key, b->what);
+}
+
+static bool has(const block *b, const char *key)
+{
+    return kmp_yaml_get(b->map, key);
 }
 
 /* A number as an expression. */
@@ -91,8 +93,7 @@ static const kmp_expr *block_key(kmp_reader *r, const block *b, const char *key,
 {
     kmp_number number;
     const kmp_yaml *node = kmp_yaml_get(b->map, key);
-    if (!node ||
-        !kmp_read_number(r, node, kmp_reader_say(r, "%s of %s", key, b->what), kmp_key_dimension(keys, key), &number))
+    if (!node || !kmp_read_number(r, node, of_key(r, b, key), kmp_key_dimension(keys, key), &number))
         return NULL;
     if (value)
         *value = number.value;
@@ -103,7 +104,7 @@ static const kmp_expr *block_key(kmp_reader *r, const block *b, const char *key,
 static bool block_two(kmp_reader *r, const block *b, const char *key, kmp_number two[2])
 {
     const kmp_yaml *list = kmp_yaml_get(b->map, key);
-    const char *of = kmp_reader_say(r, "%s of %s", key, b->what);
+    const char *of = of_key(r, b, key);
     if (!list || !kmp_read_list(r, list, of, 2))
         return false;
     bool good = kmp_read_number(r, list->items[0], of, KMP_DIM_ANY, &two[0]);
@@ -142,11 +143,6 @@ static void block_value(kmp_reader *r, const block *b, const kmp_expr *value)
  * d, u = v between its limits, i' = Ki e + (u - v)/Tt, where d is the derivative of e through a lag of Tf, (e - f)/Tf
  * with f' = d. A sampled one has the integral by forward and the derivative by backward differences. */
 
-static bool has(const block *b, const char *key)
-{
-    return kmp_yaml_get(b->map, key);
-}
-
 /* Its states: the held output of a sampled one, the integral, the filtered input. */
 static int integral_of(const block *b)
 {
@@ -163,9 +159,8 @@ static int count_pid(kmp_reader *r, block *b)
     int own = has(b, "integral") + has(b, "filter");
     b->direct = !b->sampled;
     if (own == 0 && !b->sampled)
-        kmp_reader_complain(
-            r, b->map->place,
-            "%s: a controller has an integral, or a derivative with a filter; write it as an expression", b->what);
+        kmp_complain_of(r, b->map, b->what,
+                        "a controller has an integral, or a derivative with a filter; write it as an expression");
     return b->sampled + own > 0 ? b->sampled + own : 1;
 }
 
@@ -177,17 +172,16 @@ static const char *suffix_of_pid(const block *b, int state)
 static bool check_pid(kmp_reader *r, const block *b)
 {
     if (has(b, "derivative") && has(b, "filter") == has(b, "slope"))
-        return kmp_reader_complain(
-            r, b->map->place, "%s: a derivative has the time 'filter', or the rate of the input as 'slope'", b->what);
+        return kmp_complain_of(r, b->map, b->what,
+                               "a derivative has the time 'filter', or the rate of the input as 'slope'");
     if (b->sampled && has(b, "start") && !has(b, "integral"))
-        return kmp_reader_complain(
-            r, kmp_yaml_get(b->map, "start")->place,
-            "%s: 'start' is where the integral begins, and this controller has none: leave it out", b->what);
+        return kmp_complain_of(r, kmp_yaml_get(b->map, "start"), b->what,
+                               "'start' is where the integral begins, and this controller has none: leave it out");
     if (!has(b, "derivative") && (has(b, "filter") || has(b, "slope")))
-        return kmp_reader_complain(r, b->map->place, "%s: 'filter' and 'slope' belong to a derivative", b->what);
+        return kmp_complain_of(r, b->map, b->what, "'filter' and 'slope' belong to a derivative");
     if (has(b, "limits") && has(b, "integral") && !has(b, "tracking") && !has(b, "proportional"))
-        return kmp_reader_complain(
-            r, b->map->place, "%s: limits of a controller with only an integral need the time 'tracking'", b->what);
+        return kmp_complain_of(r, b->map, b->what,
+                               "limits of a controller with only an integral need the time 'tracking'");
     return true;
 }
 
@@ -196,9 +190,9 @@ static void read_time(kmp_reader *r, const block *b, const char *key, kmp_expr_l
 {
     double value = 1;
     const kmp_yaml *node = kmp_yaml_get(b->map, key);
-    block_local(locals, key, block_key(r, b, key, &value));
+    kmp_local_put(locals, key, block_key(r, b, key, &value));
     if (node)
-        (void)kmp_check_rule(r, node, kmp_reader_say(r, "%s of %s", key, b->what), KMP_FIELD_POSITIVE, value, "");
+        (void)kmp_check_rule(r, node, of_key(r, b, key), KMP_FIELD_POSITIVE, value, "");
 }
 
 /* The sum of its parts. */
@@ -230,33 +224,33 @@ static void read_pid(kmp_reader *r, block *b)
     kmp_number limit[2];
     kmp_expr_locals locals = {0}, ends = {0};
     bool good = check_pid(r, b), limited = block_two(r, b, "limits", limit);
-    block_local(&locals, "e", block_input(r, b));
-    block_local(&locals, "kp", block_key(r, b, "proportional", NULL));
-    block_local(&locals, "ki", block_key(r, b, "integral", NULL));
-    block_local(&locals, "kd", block_key(r, b, "derivative", NULL));
+    kmp_local_put(&locals, "e", block_input(r, b));
+    kmp_local_put(&locals, "kp", block_key(r, b, "proportional", NULL));
+    kmp_local_put(&locals, "ki", block_key(r, b, "integral", NULL));
+    kmp_local_put(&locals, "kd", block_key(r, b, "derivative", NULL));
     read_time(r, b, "filter", &locals);
     read_time(r, b, "tracking", &locals);
     if (has(b, "slope"))
-        block_local(&locals, "slope",
-                    kmp_read_expr(r, kmp_yaml_get(b->map, "slope"), kmp_reader_say(r, "slope of %s", b->what),
-                                  KMP_DIM_ANY, KMP_OF_STATE));
+        kmp_local_put(
+            &locals, "slope",
+            kmp_read_expr(r, kmp_yaml_get(b->map, "slope"), of_key(r, b, "slope"), KMP_DIM_ANY, KMP_OF_STATE));
     if (b->sampled)
-        block_local(&locals, "T",
-                    make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = r->model->states[b->first].period}));
+        kmp_local_put(&locals, "T",
+                      make(r, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = r->model->states[b->first].period}));
     if (has(b, "integral"))
-        block_local(&locals, "i", block_state(r, b, integral_of(b)));
+        kmp_local_put(&locals, "i", block_state(r, b, integral_of(b)));
     if (has(b, "filter"))
-        block_local(&locals, "f", block_state(r, b, filtered_of(b)));
+        kmp_local_put(&locals, "f", block_state(r, b, filtered_of(b)));
     if (!good || r->wrong)
         return;
     const kmp_expr *v = sum_of(r, b, &locals), *u = v;
     if (limited) {
-        block_local(&ends, "v", v);
-        block_local(&ends, "low", block_number(r, &limit[0]));
-        block_local(&ends, "high", block_number(r, &limit[1]));
+        kmp_local_put(&ends, "v", v);
+        kmp_local_put(&ends, "low", block_number(r, &limit[0]));
+        kmp_local_put(&ends, "high", block_number(r, &limit[1]));
         u = block_formula(r, "min(high, max(low, v))", &ends);
-        block_local(&locals, "v", v);
-        block_local(&locals, "u", u);
+        kmp_local_put(&locals, "v", v);
+        kmp_local_put(&locals, "u", u);
     }
     if (b->direct)
         block_value(r, b, u);
@@ -270,10 +264,6 @@ static void read_pid(kmp_reader *r, block *b)
         block_law(r, b, filtered_of(b),
                   block_formula(r, b->sampled ? "(filter*f + T*e)/(filter + T)" : "(e - f)/filter", &locals));
 }
-
-static const block_kind by_pid = {"pid",     " proportional integral derivative filter slope limits tracking sample ",
-                                  count_pid, suffix_of_pid,
-                                  read_pid,  false};
 
 /* -- transfer functions ------------------------------------------------------------------------------ */
 
@@ -303,7 +293,7 @@ static int count_states(kmp_reader *r, block *b)
 static kmp_number *read_polynomial(kmp_reader *r, const block *b, const char *key, int *count)
 {
     const kmp_yaml *list = kmp_read_required(r, b->map, b->what, key);
-    const char *of = kmp_reader_say(r, "%s of %s", key, b->what);
+    const char *of = of_key(r, b, key);
     bool good = list && kmp_read_list(r, list, of, -1);
     *count = good ? list->count : 0;
     kmp_number *x = good ? KMP_ARENA_NEW(&r->scratch, kmp_number, *count) : NULL;
@@ -330,12 +320,12 @@ static const kmp_expr *law_of(kmp_reader *r, const filter *f, int i, const kmp_e
 {
     kmp_expr_locals locals = {0};
     const kmp_expr *b = zero_of(r, f, i);
-    block_local(&locals, "u", f->u);
-    block_local(&locals, "y", f->y);
-    block_local(&locals, "a", block_number(r, &f->a[i]));
-    block_local(&locals, "lead", block_number(r, &f->a[0]));
-    block_local(&locals, "b", b);
-    block_local(&locals, "next", follower);
+    kmp_local_put(&locals, "u", f->u);
+    kmp_local_put(&locals, "y", f->y);
+    kmp_local_put(&locals, "a", block_number(r, &f->a[i]));
+    kmp_local_put(&locals, "lead", block_number(r, &f->a[0]));
+    kmp_local_put(&locals, "b", b);
+    kmp_local_put(&locals, "next", follower);
     return block_formula(r,
                          follower && b ? "next + (b*u - a*y)/lead"
                          : follower    ? "next + -(a*y)/lead"
@@ -349,10 +339,10 @@ static const kmp_expr *output_of(kmp_reader *r, const filter *f, const kmp_expr 
 {
     kmp_expr_locals locals = {0};
     const kmp_expr *b = zero_of(r, f, 0);
-    block_local(&locals, "u", f->u);
-    block_local(&locals, "first", first);
-    block_local(&locals, "lead", block_number(r, &f->a[0]));
-    block_local(&locals, "b", b);
+    kmp_local_put(&locals, "u", f->u);
+    kmp_local_put(&locals, "first", first);
+    kmp_local_put(&locals, "lead", block_number(r, &f->a[0]));
+    kmp_local_put(&locals, "b", b);
     return b ? block_formula(r, "first + b*u/lead", &locals) : first;
 }
 
@@ -366,10 +356,9 @@ static void read_transfer(kmp_reader *r, block *b)
     if (!f.u || !f.a || !f.b)
         return;
     if (f.order < 1 || f.zeros > f.order + 1 || f.a[0].value == 0) {
-        kmp_reader_complain(r, b->map->place,
-                            "%s: the denominator of a transfer function has at least the degree of its numerator, and "
-                            "1, with a leading coefficient that is not zero",
-                            b->what);
+        kmp_complain_of(r, b->map, b->what,
+                        "the denominator of a transfer function has at least the degree of its numerator, and 1, with "
+                        "a leading coefficient that is not zero");
         return;
     }
     int held = b->sampled; /* the state that holds the output comes before the others */
@@ -391,9 +380,6 @@ static void read_transfer(kmp_reader *r, block *b)
     }
 }
 
-static const block_kind by_transfer = {"transfer", " numerator denominator sample ", count_states, NULL, read_transfer,
-                                       false};
-
 /* -- delays ------------------------------------------------------------------------------------------ */
 
 /* Delays. One by samples is a chain of sampled states. A continuous one is a state that follows the past of its input
@@ -412,13 +398,11 @@ static void add_signal(kmp_reader *r, block *b)
 {
     static const double start = 0;
     kempe_model *model = r->model;
-    kmp_model_input *inputs = kmp_arena_room(&model->arena, model->inputs, model->input_count, sizeof *inputs);
     const char *name = kmp_arena_printf(&model->arena, "%s.signal", b->name);
-    if (!inputs || !name)
+    if (!name || !KMP_ARENA_GROW(&model->arena, model->inputs, model->input_count))
         return;
-    model->inputs = inputs;
     b->signal = model->input_count;
-    kmp_model_input *input = &inputs[model->input_count++];
+    kmp_model_input *input = &model->inputs[model->input_count++];
     *input =
         (kmp_model_input){.name = name, .place = b->place, .unit = "", .si = 1, .used = true, .dimension = KMP_DIM_ANY};
     (void)kmp_signal_init(&input->signal, &model->arena, KMP_SIGNAL_HOLD, 1, &start, &input->value);
@@ -433,10 +417,9 @@ static int count_delay(kmp_reader *r, block *b)
     if (!period)
         add_signal(r, b);
     if (before && (period || kmp_yaml_get(b->map, "start")))
-        kmp_reader_complain(r, before->place, "%s: 'before' and '%s' exclude each other", b->what,
-                            period ? "sample" : "start");
-    if (!node || !period || !kmp_read_fixed(r, node, kmp_reader_say(r, "time of %s", b->what), KMP_DIM_TIME, &time) ||
-        !kmp_read_fixed(r, period, kmp_reader_say(r, "sample of %s", b->what), KMP_DIM_TIME, &sample))
+        kmp_complain_of(r, before, b->what, "'before' and '%s' exclude each other", period ? "sample" : "start");
+    if (!node || !period || !kmp_read_fixed(r, node, of_key(r, b, "time"), KMP_DIM_TIME, &time) ||
+        !kmp_read_fixed(r, period, of_key(r, b, "sample"), KMP_DIM_TIME, &sample))
         return 1;
     double samples = time / sample, whole = round(samples);
     bool good = samples >= 0 && whole <= MOST_DELAYS && fabs(samples - whole) <= KMP_WHOLE_SAMPLES * whole;
@@ -447,25 +430,15 @@ static int count_delay(kmp_reader *r, block *b)
     return good ? (int)whole + 1 : 1;
 }
 
-/* a + 0 u, with u itself, whose node may be a condition. */
-static const kmp_expr *add_none_of(kmp_reader *r, const kmp_expr *a, const kmp_expr *u)
-{
-    static const kmp_expr zero = {.kind = KMP_EXPR_NUMBER};
-    const kmp_expr *none = make(r, (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u});
-    return none ? make(r, (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none}) : NULL;
-}
-
 static void read_continuous(kmp_reader *r, block *b)
 {
     const kmp_yaml *node = kmp_yaml_get(b->map, "time"), *before = kmp_yaml_get(b->map, "before");
     kmp_state *state = &r->model->states[b->first];
-    const char *of = kmp_reader_say(r, "time of %s", b->what);
     const kmp_expr *u = block_input(r, b);
-    if (!node || !kmp_read_number(r, node, of, KMP_DIM_TIME, &state->delay) ||
-        !kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, state->delay.value, ""))
+    if (!node || !kmp_read_ruled(r, node, of_key(r, b, "time"), KMP_DIM_TIME, KMP_FIELD_POSITIVE, &state->delay))
         return;
     if (before)
-        state->before = kmp_read_expr(r, before, kmp_reader_say(r, "before of %s", b->what), KMP_DIM_ANY, KMP_OF_TIME);
+        state->before = kmp_read_expr(r, before, of_key(r, b, "before"), KMP_DIM_ANY, KMP_OF_TIME);
     kmp_expr_locals locals = {0};
     const kmp_expr *w = make(r, (kmp_expr){.kind = KMP_EXPR_INPUT, .index = b->signal, .unit = KMP_DIM_ANY});
     if (!w)
@@ -473,11 +446,12 @@ static void read_continuous(kmp_reader *r, block *b)
     state->signal = b->signal;
     state->delayed = u;
     state->began = kmp_yaml_get(b->map, "start");
-    block_local(&locals, "w", w);
-    block_local(&locals, "y", block_state(r, b, 0));
-    block_local(&locals, "time", block_number(r, &state->delay));
+    kmp_local_put(&locals, "w", w);
+    kmp_local_put(&locals, "y", block_state(r, b, 0));
+    kmp_local_put(&locals, "time", block_number(r, &state->delay));
     const kmp_expr *follows = u ? block_formula(r, "(w - y)/time", &locals) : NULL;
-    b->rate[0] = follows ? add_none_of(r, follows, u) : NULL;
+    const kmp_expr *none = make(r, (kmp_expr){.kind = KMP_EXPR_MUL, .a = zero(r), .b = u}); /* u may be a condition */
+    b->rate[0] = follows && none ? make(r, (kmp_expr){.kind = KMP_EXPR_ADD, .a = follows, .b = none}) : NULL;
 }
 
 static void read_delay(kmp_reader *r, block *b)
@@ -493,8 +467,6 @@ static void read_delay(kmp_reader *r, block *b)
     }
 }
 
-static const block_kind by_delay = {"delay", " time sample before ", count_delay, NULL, read_delay, true};
-
 /* -- states with a separate law ---------------------------------------------------------------------- */
 
 static int one_state(kmp_reader *r, block *b)
@@ -505,8 +477,7 @@ static int one_state(kmp_reader *r, block *b)
 
 static void read_rate(kmp_reader *r, block *b)
 {
-    b->rate[0] = kmp_read_expr(r, kmp_yaml_get(b->map, "rate"), kmp_reader_say(r, "rate of %s", b->what), KMP_DIM_ANY,
-                               KMP_OF_LOADS);
+    b->rate[0] = kmp_read_expr(r, kmp_yaml_get(b->map, "rate"), of_key(r, b, "rate"), KMP_DIM_ANY, KMP_OF_LOADS);
 }
 
 static void read_next(kmp_reader *r, block *b)
@@ -515,12 +486,11 @@ static void read_next(kmp_reader *r, block *b)
     const kmp_yaml *node = kmp_yaml_get(b->map, "when");
     (void)kmp_read_one_key(r, b->map, b->what, KMP_NAMES_OF(times));
     b->rate[0] = zero(r);
-    r->model->states[b->first].next = kmp_read_expr(r, kmp_yaml_get(b->map, "next"),
-                                                    kmp_reader_say(r, "next of %s", b->what), KMP_DIM_ANY, KMP_OF_NEXT);
+    r->model->states[b->first].next =
+        kmp_read_expr(r, kmp_yaml_get(b->map, "next"), of_key(r, b, "next"), KMP_DIM_ANY, KMP_OF_NEXT);
     if (!node)
         return;
-    const kmp_expr *when =
-        kmp_read_expr(r, node, kmp_reader_say(r, "when of %s", b->what), KMP_DIM_ANY, KMP_COMPARISON);
+    const kmp_expr *when = kmp_read_expr(r, node, of_key(r, b, "when"), KMP_DIM_ANY, KMP_COMPARISON);
     if (kmp_expr_lambda(when))
         kmp_reader_complain(r, node->place, "when of %s: changes of multipliers are not located", b->what);
     if (kmp_expr_acceleration(when))
@@ -540,17 +510,17 @@ static void read_hysteresis(kmp_reader *r, block *b)
 {
     kmp_number limit[2], value[2] = {{.value = 0}, {.value = 1}};
     kmp_expr_locals locals = {0};
-    block_local(&locals, "x", block_input(r, b));
+    kmp_local_put(&locals, "x", block_input(r, b));
     bool good = kmp_read_required(r, b->map, b->what, "limits") && block_two(r, b, "limits", limit);
     if (!good || locals.count < 1 || (kmp_yaml_get(b->map, "values") && !block_two(r, b, "values", value)))
         return;
     if (limit[0].value >= limit[1].value)
         kmp_reader_complain(r, b->map->place, "limits of %s: the first one, %g, must be below the second one, %g",
                             b->what, limit[0].value, limit[1].value);
-    block_local(&locals, "a", block_number(r, &limit[0]));
-    block_local(&locals, "b", block_number(r, &limit[1]));
-    block_local(&locals, "low", block_number(r, &value[0]));
-    block_local(&locals, "high", block_number(r, &value[1]));
+    kmp_local_put(&locals, "a", block_number(r, &limit[0]));
+    kmp_local_put(&locals, "b", block_number(r, &limit[1]));
+    kmp_local_put(&locals, "low", block_number(r, &value[0]));
+    kmp_local_put(&locals, "high", block_number(r, &value[1]));
     kmp_state *state = &r->model->states[b->first];
     state->next = block_formula(r, "if(2*x > a + b, high, low)", &locals);
     const kmp_expr *out = block_formula(r, "if((x - a)*(x - b) > 0, 0, 0)", &locals);
@@ -560,11 +530,14 @@ static void read_hysteresis(kmp_reader *r, block *b)
         state->start = value[0];
 }
 
-static const block_kind block_hysteresis = {"hysteresis", " limits values ", one_state, NULL, read_hysteresis, false};
-static const block_kind by_rate = {"rate", "", one_state, NULL, read_rate, false},
-                        by_next = {"next", " sample when ", one_state, NULL, read_next, false};
-
-static const block_kind *const kinds[] = {&by_rate, &by_next, &by_transfer, &by_pid, &block_hysteresis, &by_delay};
+static const block_kind kinds[] = {
+    {"rate", "", one_state, NULL, read_rate, false},
+    {"next", "sample when", one_state, NULL, read_next, false},
+    {"transfer", "numerator denominator sample", count_states, NULL, read_transfer, false},
+    {"pid", "proportional integral derivative filter slope limits tracking sample", count_pid, suffix_of_pid, read_pid,
+     false},
+    {"hysteresis", "limits values", one_state, NULL, read_hysteresis, false},
+    {"delay", "time sample before", count_delay, NULL, read_delay, true}};
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
@@ -580,14 +553,10 @@ static const char *name_of(kmp_reader *r, const block *b, int i)
 void kmp_reader_add_state(kmp_reader *r, const char *name, kmp_place place)
 {
     kempe_model *model = r->model;
-    kmp_state *states = kmp_arena_room(&model->arena, model->states, model->state_count, sizeof *states);
-    kmp_motion *motions = kmp_arena_room(&model->arena, model->motions, model->motion_count, sizeof *motions);
-    if (!states || !motions || !name)
+    if (!name || !KMP_ARENA_GROW(&model->arena, model->states, model->state_count))
         return;
-    model->states = states;
-    states[model->state_count++] = (kmp_state){.name = name, .place = place, .scale = 1, .period = INFINITY};
-    model->motions = motions;
-    motions[model->motion_count++] = (kmp_motion){.name = name, .rotation = true, .axis = {1, 0, 0}};
+    model->states[model->state_count++] = (kmp_state){.name = name, .place = place, .scale = 1, .period = INFINITY};
+    (void)kmp_reader_add_motion(r, (kmp_motion){.name = name, .rotation = true, .axis = {1, 0, 0}});
 }
 
 /* The first state, or the first one of the block, begins at `start`. */
@@ -597,15 +566,13 @@ static void read_common(kmp_reader *r, const block *b)
                    *sample = kmp_yaml_get(b->map, "sample");
     kmp_state *state = &r->model->states[b->first];
     if (start)
-        (void)kmp_read_number(r, start, kmp_reader_say(r, "start of %s", b->what), KMP_DIM_ANY, &state->start);
-    const char *of = kmp_reader_say(r, "scale of %s", b->what);
+        (void)kmp_read_number(r, start, of_key(r, b, "start"), KMP_DIM_ANY, &state->start);
     double scale = state->start.value != 0 ? fabs(state->start.value) : 1, period = INFINITY;
-    if (node && kmp_read_fixed(r, node, of, KMP_DIM_ANY, &scale))
-        (void)kmp_check_rule(r, node, of, KMP_FIELD_POSITIVE, scale, "");
+    if (node)
+        (void)kmp_read_fixed_ruled(r, node, of_key(r, b, "scale"), KMP_DIM_ANY, KMP_FIELD_POSITIVE, &scale);
     state->scale = scale > 0 ? scale : 1;
-    of = kmp_reader_say(r, "sample of %s", b->what);
-    if (sample && kmp_read_fixed(r, sample, of, kmp_key_dimension(keys, "sample"), &period))
-        (void)kmp_check_rule(r, sample, of, KMP_FIELD_POSITIVE, period, "");
+    if (sample)
+        (void)kmp_read_fixed_ruled(r, sample, of_key(r, b, "sample"), KMP_DIM_TIME, KMP_FIELD_POSITIVE, &period);
     for (int i = 0; i < b->count; i++)
         r->model->states[b->first + i].period = period;
 }
@@ -613,14 +580,13 @@ static void read_common(kmp_reader *r, const block *b)
 /* The kind of an entry; NULL after an error. */
 static const block_kind *kind_of(kmp_reader *r, const block *b)
 {
-    static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
-    int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
-    bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
+    int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(kinds), &first);
+    bool discrete = has(b, "sample") || has(b, "when");
     if (count > 1)
-        kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
+        kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(kinds), count);
     else if (count == 0)
         (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
-    return count == 1 ? kinds[first] : NULL;
+    return count == 1 ? &kinds[first] : NULL;
 }
 
 static void add_block(kmp_reader *r, const kmp_section *s)
@@ -631,10 +597,9 @@ static void add_block(kmp_reader *r, const kmp_section *s)
         b->kind = kind_of(r, b);
     for (int k = 0; b->kind && k < b->map->count; k++) {
         const char *key = b->map->keys[k]->text;
-        bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
-        if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
-            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is not a key of a state with '%s'", b->what, key,
-                                b->kind->key);
+        bool own = strcmp(key, b->kind->key) == 0 || kmp_text_behind_word("start scale", key);
+        if (!own && !kmp_text_behind_word(b->kind->keys, key))
+            kmp_complain_of(r, b->map->keys[k], b->what, "'%s' is not a key of a state with '%s'", key, b->kind->key);
     }
     b->sampled = b->kind && kmp_yaml_get(b->map, "sample");
     b->count = b->kind ? b->kind->count(r, b) : 1;

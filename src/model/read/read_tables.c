@@ -47,8 +47,7 @@ static bool read_lists(points *p)
         !kmp_read_list(p->r, y, kmp_reader_say(p->r, "%s of %s", p->key[1], p->what), -1))
         return false;
     if (x->count != y->count)
-        return kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count,
-                                   p->key[1], y->count);
+        return KMP_COMPLAIN(p, y, "%s has %d numbers, %s has %d", p->key[0], x->count, p->key[1], y->count);
     if (!make_room(p, x->count))
         return false;
     p->count = x->count;
@@ -193,7 +192,7 @@ char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, con
     if (status == KEMPE_E_MEMORY)
         r->scratch.failed = true;
     else if (status != KEMPE_OK)
-        kmp_reader_complain(r, node->place, "%s: %s", what, kempe_context_message(aside));
+        kmp_complain_of(r, node, what, "%s", kempe_context_message(aside));
     kempe_context_free(aside);
     if (text)
         kmp_reader_digest(r, path, text, *length);
@@ -230,11 +229,11 @@ bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const ch
         return true;
     const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", p->what));
     if (word && !kmp_yaml_get(p->map, "csv"))
-        return kmp_reader_complain(
-            r, node->place,
-            "%s: a unit applies to the columns of a CSV file; numbers of the model file have their own units", p->what);
+        return kmp_complain_of(
+            r, node, p->what,
+            "a unit applies to the columns of a CSV file; numbers of the model file have their own units");
     if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, dimension)))
-        return kmp_reader_complain(r, node->place, "%s: the unit must be %s, not '%s'", p->what, so, word);
+        return kmp_complain_of(r, node, p->what, "the unit must be %s, not '%s'", so, word);
     return word;
 }
 
@@ -259,15 +258,6 @@ bool kmp_points_increase(const kmp_points *p, const char *places, const char *on
 
 /* -- one variable ------------------------------------------------------------------------------------ */
 
-static kmp_table_method read_method(kmp_reader *r, const kmp_yaml *node, const char *what, bool periodic)
-{
-    static const char *const methods[] = {"spline", "linear", "monotone"};
-    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") : 0;
-    if (word == 2)
-        return periodic ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_MONOTONE;
-    return word == 1 ? KMP_TABLE_LINEAR : periodic ? KMP_TABLE_PERIODIC : KMP_TABLE_CUBIC;
-}
-
 /* The first and the last point of a periodic table are one, but for its rise. */
 static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
 {
@@ -279,23 +269,19 @@ static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, k
         high = fmax(high, t->y[k]);
     }
     if (outside)
-        kmp_reader_complain(r, outside->place, "%s: a periodic table has no points outside", what);
+        kmp_complain_of(r, outside, what, "a periodic table has no points outside");
     if (fabs(rise - table->rise) > 1e-9 * (high - low))
-        kmp_reader_complain(r, node->place,
-                            "%s: the last value of a periodic table is the first one%s; they are %.9g and %.9g", what,
-                            table->rise != 0 ? " and its rise" : "", t->y[t->count - 1], t->y[0]);
+        kmp_complain_of(r, node, what, "the last value of a periodic table is the first one%s; they are %.9g and %.9g",
+                        table->rise != 0 ? " and its rise" : "", t->y[t->count - 1], t->y[0]);
 }
 
 /* `periodic: yes`, or the rise of each period. */
 static void read_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "periodic");
-    if (!node || (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "no") == 0))
-        return;
-    table->periodic = true;
-    if (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "yes") == 0)
-        return;
-    (void)kmp_read_fixed(r, node, kmp_reader_say(r, "periodic of %s", what), KMP_DIM_ANY, &table->rise);
+    table->periodic = node && !kmp_is_word(node, "no");
+    if (table->periodic && !kmp_is_word(node, "yes"))
+        (void)kmp_read_fixed(r, node, kmp_reader_say(r, "periodic of %s", what), KMP_DIM_ANY, &table->rise);
 }
 
 /* True if the points have an extreme value at an end of piece k, which a curve may pass beyond the piece's points. */
@@ -379,12 +365,12 @@ static void read_surface(kmp_reader *r, const kmp_yaml *map, const char *what, k
     const kmp_yaml *z = kmp_yaml_get(map, "z");
     double *x = read_knots(r, map, what, "x", &count[0]), *y = read_knots(r, map, what, "y", &count[1]);
     if (kmp_yaml_get(map, "csv"))
-        kmp_reader_complain(r, map->place, "%s: a table of two variables is given by lists, not by a file", what);
+        kmp_complain_of(r, map, what, "a table of two variables is given by lists, not by a file");
     if (!x || !y)
         return;
     if (count[0] > MOST_TERMS && count[1] > MOST_TERMS) {
-        kmp_reader_complain(r, z->place, "%s: x has %d numbers and y %d: one of them may have %d at most", what,
-                            count[0], count[1], MOST_TERMS);
+        kmp_complain_of(r, z, what, "x has %d numbers and y %d: one of them may have %d at most", count[0], count[1],
+                        MOST_TERMS);
         return;
     }
     double *values = KMP_ARENA_NEW(&r->scratch, double, count[0] * count[1]);
@@ -409,14 +395,17 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
         return;
     table->of_two = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "z");
     read_period(r, map, p.what, table);
-    const kmp_yaml *node = kmp_yaml_get(map, "outside");
-    static const char *const words[] = {"linear", "hold", "error"};
-    int word = node ? kmp_read_choice(r, node, p.what, KMP_NAMES_OF(words), "outside is", " or ") : -1;
-    table->outside = (kmp_outside)(word + 1);
-    kmp_table_method method = read_method(r, kmp_yaml_get(map, "method"), p.what, table->periodic);
+    static const char *const words[] = {"linear", "hold", "error"}, *const methods[] = {"spline", "linear", "monotone"};
+    table->outside =
+        (kmp_outside)(1 + kmp_read_choice_of(r, map, "outside", p.what, KMP_NAMES_OF(words), "outside is", -1));
+    const int word = kmp_read_choice_of(r, map, "method", p.what, KMP_NAMES_OF(methods), "the method is", 0);
+    const kmp_table_method method = word == 1         ? KMP_TABLE_LINEAR
+                                    : table->periodic ? word == 2 ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_PERIODIC
+                                    : word == 2       ? KMP_TABLE_MONOTONE
+                                                      : KMP_TABLE_CUBIC;
     if (table->of_two && (table->periodic || method == KMP_TABLE_MONOTONE)) {
-        kmp_reader_complain(r, map->place, "%s: a table of two variables is not %s", p.what,
-                            table->periodic ? "periodic" : "monotone");
+        kmp_complain_of(r, map, p.what, "a table of two variables is not %s",
+                        table->periodic ? "periodic" : "monotone");
         return;
     }
     if (table->of_two) {
@@ -428,7 +417,7 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     if (!kmp_read_points(&p) || !good)
         return;
     if (p.count < 2) {
-        kmp_reader_complain(r, map->place, "%s: a table needs at least two points, not %d", p.what, p.count);
+        kmp_complain_of(r, map, p.what, "a table needs at least two points, not %d", p.count);
         return;
     }
     if (!kmp_points_increase(&p, "x", "point"))
@@ -473,10 +462,10 @@ const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, 
 {
     int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
     if (found >= 0 && r->model->tables[found].of_two)
-        kmp_reader_complain(r, node->place, "%s: the table '%s' has two variables", what, node->text);
+        kmp_complain_of(r, node, what, "the table '%s' has two variables", node->text);
     const kmp_named_table *table = found < 0 || r->model->tables[found].of_two ? NULL : &r->model->tables[found];
     if (table && (table->periodic || table->outside > KMP_OUTSIDE_LINEAR))
-        kmp_reader_complain(r, node->place, "%s: the table '%s' is %s, which only expressions can use", what,
-                            node->text, table->periodic ? "periodic" : "not continued outside");
+        kmp_complain_of(r, node, what, "the table '%s' is %s, which only expressions can use", node->text,
+                        table->periodic ? "periodic" : "not continued outside");
     return table;
 }

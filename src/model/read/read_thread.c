@@ -9,7 +9,6 @@
  * positive rate raises a positive load, and with a left-handed thread, c < 0, lowers it. Both levels are a (|F| + c F)
  * and a (|F| - c F) with a = r tan rho (1 + tan^2 gamma)/(1 - c^2). */
 #include "model/read/read_thread.h"
-#include "model/data/joint_table.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/language/number_algebra.h"
@@ -30,31 +29,18 @@ bool kmp_is_thread(const kempe_model *model, const kmp_force *force, const kmp_y
     return body && body->coupling && kmp_yaml_get(map, "mu") && !kmp_yaml_get(map, "reaction");
 }
 
-/* A number of the thread, with a rule; NULL: it is absent, or there is an error. */
-static const kmp_expr *read_size(const thread *t, const char *key, kmp_dimension wanted, kmp_field_rule rule,
-                                 double *value)
-{
-    const kmp_yaml *node = kmp_yaml_get(t->map, key);
-    const char *of = kmp_reader_say(t->r, "the %s of %s", key, t->what);
-    kmp_number number;
-    if (!node || !kmp_read_number(t->r, node, of, wanted, &number) ||
-        !kmp_check_rule(t->r, node, of, rule, number.value, ""))
-        return NULL;
-    *value = number.value;
-    return kmp_number_expr(&t->r->model->arena, number);
-}
-
 static bool read_geometry(thread *t, const kmp_body *body, kmp_force *force)
 {
     const kempe_model *model = t->r->model;
     kmp_arena *arena = &t->r->model->arena;
     const double quarter = acos(0);
-    double radius = 0, flank = 0;
     const int coupling = kmp_name_find(KMP_NAMED(model, closure), body->joint);
     if (!kmp_read_required(t->r, t->map, t->what, "radius"))
         return false;
-    t->radius = read_size(t, "radius", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius);
-    const kmp_expr *angle = read_size(t, "flank", KMP_DIM_NUMBER, KMP_FIELD_NOT_NEGATIVE, &flank);
+    t->radius = kmp_read_ruled_key(t->r, t->map, t->what, "radius", false, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE);
+    const kmp_expr *angle =
+        kmp_read_ruled_key(t->r, t->map, t->what, "flank", false, KMP_DIM_NUMBER, KMP_FIELD_NOT_NEGATIVE);
+    const double flank = angle ? kmp_expr_value(angle, t->r->parameter_values) : 0;
     if (!(flank < quarter))
         kmp_reader_complain(t->r, kmp_yaml_get(t->map, "flank")->place,
                             "the flank of %s is %.6g rad: the angle between a flank and the normal of the axis is less "
@@ -67,6 +53,7 @@ static bool read_geometry(thread *t, const kmp_body *body, kmp_force *force)
     t->lead = kmp_expr_formula(arena, "p/(2*pi*r)", &of);
     t->flank = kmp_expr_formula(arena, angle ? "cos(f)" : "1", &of);
     t->load = kmp_expr_make(arena, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = coupling});
+    const double radius = kmp_expr_value(t->radius, t->r->parameter_values);
     force->lead_angle = fabs(atan(body->number.value / (4 * quarter * radius)));
     return t->lead && t->flank && t->load;
 }
@@ -117,10 +104,10 @@ void kmp_read_thread(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_f
     const kmp_body *body = &r->model->bodies[motion->body];
     thread t = {.r = r, .map = map, .what = what};
     if (!motion->rotation) {
-        kmp_reader_complain(r, map->place,
-                            "%s: '%s' is the displacement of a screw; the friction of its thread acts on the rotation: "
-                            "joint: %s",
-                            what, motion->name, r->model->motions[force->motion + 1].name);
+        kmp_complain_of(
+            r, map, what,
+            "'%s' is the displacement of a screw; the friction of its thread acts on the rotation: joint: %s",
+            motion->name, r->model->motions[force->motion + 1].name);
         return;
     }
     if (!read_geometry(&t, body, force))

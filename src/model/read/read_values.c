@@ -7,6 +7,7 @@
 #include "model/data/rope.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
+#include "model/language/number_algebra.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"
 #include "model/read/read_ports.h"
@@ -404,11 +405,9 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
     if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr)) {
-        kmp_turns *turns = kmp_arena_room(&r->scratch, r->turns, r->turn_count, sizeof *turns);
-        if (turns) { /* otherwise the arena has failed */
-            r->turns = turns;
-            turns[r->turn_count++] = (kmp_turns){node->place, kmp_reader_say(r, "%s", what), value};
-        }
+        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value};
+        if (KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
+            r->turns[r->turn_count++] = turns;
     }
     return true;
 }
@@ -469,6 +468,28 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
         return true;
     return kmp_reader_complain(r, node->place, "%s is %.6g: it must %s%s", what, value, kmp_field_rule_words(rule),
                                hint);
+}
+
+bool kmp_read_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_field_rule rule,
+                    kmp_number *number)
+{
+    return kmp_read_number(r, node, what, wanted, number) && kmp_check_rule(r, node, what, rule, number->value, "");
+}
+
+bool kmp_read_fixed_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                          kmp_field_rule rule, double *value)
+{
+    return kmp_read_fixed(r, node, what, wanted, value) && kmp_check_rule(r, node, what, rule, *value, "");
+}
+
+const kmp_expr *kmp_read_ruled_key(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, bool required,
+                                   kmp_dimension wanted, kmp_field_rule rule)
+{
+    const kmp_yaml *node = required ? kmp_read_required(r, map, what, key) : kmp_yaml_get(map, key);
+    kmp_number number;
+    return node && kmp_read_ruled(r, node, kmp_reader_say(r, "the %s of %s", key, what), wanted, rule, &number)
+               ? kmp_number_expr(&r->model->arena, number)
+               : NULL;
 }
 
 /* Sets a flag of the parameters in an expression, `flag` is its place in them; names without it are put in front
@@ -651,8 +672,7 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, 
         return false;
     int body = r->model->points[read[0]].body;
     if (body == r->model->points[read[1]].body)
-        return kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what,
-                                   r->model->bodies[body].name);
+        return kmp_complain_of(r, node, what, "both points are on body '%s'", r->model->bodies[body].name);
     memcpy(point, read, sizeof read);
     return true;
 }
@@ -716,9 +736,8 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     if (node->kind != KMP_YAML_LIST) {
         if (node->kind == KMP_YAML_SCALAR && read_letter_axis(node->text, axis))
             return true;
-        return kmp_reader_complain(r, node->place,
-                                   "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
-                                   node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
+        return kmp_complain_of(r, node, what, "an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s",
+                               node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
     }
     if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
         return false;
@@ -728,7 +747,7 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (normalise(axis))
         return true;
-    return kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);
+    return kmp_complain_of(r, node, what, "the axis has no direction: all its components are zero");
 }
 
 /* -- orientations -------------------------------------------------------------------------------- */
@@ -785,8 +804,7 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
     double axis[2][3] = {{0}};
     int number[2] = {0};
     if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2)
-        return kmp_reader_complain(r, node->place,
-                                   "%s: axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}", what);
+        return kmp_complain_of(r, node, what, "axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}");
     if (!kmp_read_map(r, node, what, axes_keys))
         return false;
     for (int k = 0; k < node->count; k++) {
@@ -801,5 +819,5 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (kmp_square_axes(number[0], axis[0], number[1], axis[1], m))
         return true;
-    return kmp_reader_complain(r, node->place, "%s: the two axes have the same direction", what);
+    return kmp_complain_of(r, node, what, "the two axes have the same direction");
 }

@@ -27,6 +27,16 @@ bool kmp_read_quantity(kmp_reader *r, const kmp_yaml *node, const char *what, km
 bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_field_rule rule, double value,
                     const char *hint);
 
+/** A number that a rule holds for, of the equations or outside them. */
+bool kmp_read_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_field_rule rule,
+                    kmp_number *number);
+bool kmp_read_fixed_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
+                          kmp_field_rule rule, double *value);
+
+/** "the KEY of WHAT" as an expression; NULL without the key, which is an error where it is required, and after one. */
+const kmp_expr *kmp_read_ruled_key(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, bool required,
+                                   kmp_dimension wanted, kmp_field_rule rule);
+
 /** Notes that something of the model depends on the parameters in an expression (NULL: on none). */
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr);
 

@@ -24,6 +24,15 @@ bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...
     return false;
 }
 
+bool kmp_complain_of(kmp_reader *r, const kmp_yaml *at, const char *what, const char *format, ...)
+{
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "%s: ", what);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
+    say(r, at->place, &sentence);
+    return false;
+}
+
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
 {
     kmp_text sentence = {0};
@@ -81,15 +90,21 @@ static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, k
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
+kmp_name_list kmp_key_names(const kmp_key *keys)
+{
+    kmp_name_list names = KMP_NAMES(keys, 0);
+    while (keys && keys[names.count].name)
+        names.count++;
+    return names;
+}
+
 bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys)
 {
     if (node->empty)
         return true;
     if (node->kind != KMP_YAML_MAP)
         return kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
-    kmp_name_list known = KMP_NAMES(keys, 0);
-    while (keys && keys[known.count].name)
-        known.count++;
+    const kmp_name_list known = kmp_key_names(keys);
     for (int i = 0; keys && i < node->count; i++)
         if (kmp_name_find(known, node->keys[i]->text) < 0)
             complain_key(r, node->keys[i], what, known);
@@ -206,18 +221,44 @@ int kmp_read_one_key(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_n
     return -1;
 }
 
-int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is,
-                    const char *last)
+static const char *const answers[] = {"no", "yes"}, *const letters[] = {"x", "y", "z"};
+const kmp_name_list kmp_yes = {answers + 1, sizeof *answers, 1}, kmp_no_or_yes = {answers, sizeof *answers, 2},
+                    kmp_axis_letters = {letters, sizeof *letters, 3};
+
+bool kmp_is_word(const kmp_yaml *node, const char *word)
+{
+    return node && node->kind == KMP_YAML_SCALAR && strcmp(node->text, word) == 0;
+}
+
+int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is)
 {
     int found = kmp_name_find(words, node->text);
     if (found >= 0)
         return found;
     kmp_text all = {0};
     kmp_nearest nearest = kmp_nearest_of(node->text, words);
-    kmp_name_list_print(&all, words, ", ", last);
+    kmp_name_list_print(&all, words, ", ", " or ");
     kmp_reader_complain_near(r, node->place, &nearest, "%s: %s %s, not '%s'", what, is, kmp_reader_take(r, &all),
                              node->text);
     return -1;
+}
+
+int kmp_read_choice_of(kmp_reader *r, const kmp_yaml *map, const char *key, const char *what, kmp_name_list words,
+                       const char *is, int absent)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    return node ? kmp_read_choice(r, node, what, words, is) : absent;
+}
+
+bool kmp_read_word_of(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, kmp_name_list words,
+                      int *found)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    if (node && !kmp_read_word(r, node, kmp_reader_say(r, "%s of %s", key, what)))
+        return false;
+    const int word = kmp_read_choice_of(r, map, key, what, words, kmp_reader_say(r, "%s is", key), *found);
+    *found = word < 0 ? *found : word;
+    return word >= 0;
 }
 
 int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, const char *kind, kmp_name_list names)

@@ -97,6 +97,12 @@ typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_
 /** Returns false: a function that has no result ends with `return kmp_reader_complain(..)`. */
 bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
+/** The same of a node, about what is read: "WHAT: <sentence>". The macro takes both of an object with `r` and `what`.
+ */
+bool kmp_complain_of(kmp_reader *r, const kmp_yaml *at, const char *what, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+#define KMP_COMPLAIN(of, at, ...) kmp_complain_of((of)->r, (at), (of)->what, __VA_ARGS__)
+
 /** Reports "<sentence>; did you mean ...?" with the suggestion of `nearest`. */
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
@@ -117,6 +123,9 @@ const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(con
 /** True when `node` is a mapping (nothing counts as an empty one); unknown keys are errors. `keys` ends with a row
  * without a name; NULL allows all. */
 bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys);
+
+/** Their names. */
+kmp_name_list kmp_key_names(const kmp_key *keys);
 
 /** The dimension of a key's number, by its unit. */
 kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name);
@@ -143,10 +152,19 @@ int kmp_read_one_key(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_n
 int kmp_count_keys(const kmp_yaml *map, kmp_name_list keys, int *first);
 void kmp_complain_keys(kmp_reader *r, kmp_place place, const char *what, kmp_name_list keys, int count);
 
+/** True for a scalar that is this word; NULL is none. */
+bool kmp_is_word(const kmp_yaml *node, const char *word);
+
 /** The index of a word among some; -1 after an error: "WHAT: the method is spline or linear, not 'x'", where `is` is
- * "the method is" and `last` is " or ". */
-int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is,
-                    const char *last);
+ * "the method is". Of a key that a mapping may lack: `absent` without it. */
+int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_name_list words, const char *is);
+int kmp_read_choice_of(kmp_reader *r, const kmp_yaml *map, const char *key, const char *what, kmp_name_list words,
+                       const char *is, int absent);
+
+/** The same of a key that must be a word; `*found` is unchanged without it, and after an error: false. */
+bool kmp_read_word_of(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, kmp_name_list words,
+                      int *found);
+extern const kmp_name_list kmp_yes, kmp_no_or_yes, kmp_axis_letters; /* yes; no, yes; x, y, z */
 
 /** The index of a name in a list of the model, as the node's file has it; -1 after an error: "WHAT: unknown KIND 'x'".
  */

@@ -158,21 +158,16 @@ static const kmp_yaml *word(kmp_reader *r, kmp_place place, const char *text)
     return kmp_yaml_word(&r->scratch, place, text);
 }
 
-static const kmp_yaml *origin(kmp_reader *r, kmp_place place)
-{
-    kmp_yaml *list = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place);
-    for (int k = 0; k < 3; k++)
-        kmp_yaml_append(&r->scratch, list, NULL, word(r, place, "0"));
-    return list;
-}
-
 /* A point at the origin, with axes unless they are the axes of the body. */
 static const kmp_yaml *point_at_origin(kmp_reader *r, kmp_place place, const kmp_yaml *axes)
 {
+    kmp_yaml *origin = kmp_yaml_new(&r->scratch, KMP_YAML_LIST, place);
+    for (int k = 0; k < 3; k++)
+        kmp_yaml_append(&r->scratch, origin, NULL, word(r, place, "0"));
     if (!axes)
-        return origin(r, place);
+        return origin;
     kmp_yaml *made = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, place);
-    kmp_yaml_put(&r->scratch, made, place, "at", origin(r, place));
+    kmp_yaml_put(&r->scratch, made, place, "at", origin);
     kmp_yaml_put(&r->scratch, made, axes->place, "axes", axes);
     return made;
 }
@@ -211,10 +206,9 @@ static const kmp_yaml *joint_of(kmp_reader *r, const segmented *s, int piece)
         }
     kmp_yaml_put(&r->scratch, joint, s->place, "motions", motions);
     kmp_yaml_put(&r->scratch, joint, s->place, "coordinates", names);
-    const char *before = kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece - 1), next_piece);
-    kmp_yaml_put(&r->scratch, joint, s->place, "at", word(r, s->place, before));
-    if (s->axes)
-        kmp_yaml_put(&r->scratch, joint, s->place, "to", word(r, s->place, piece_before));
+    kmp_yaml_put_word(&r->scratch, joint, s->place, "at",
+                      kmp_reader_say(r, "%s.%s", name_of(r, s->bare, piece - 1), next_piece));
+    kmp_yaml_put_word(&r->scratch, joint, s->place, "to", s->axes ? piece_before : NULL);
     return joint;
 }
 
@@ -241,8 +235,8 @@ static void put_springs(kmp_reader *r, const segmented *s, kmp_yaml *forces)
                 continue;
             kmp_yaml *spring = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
             kmp_yaml *force = kmp_yaml_new(&r->scratch, KMP_YAML_MAP, s->place);
-            kmp_yaml_put(&r->scratch, spring, s->place, "stiffness", word(r, s->place, "1"));
-            kmp_yaml_put(&r->scratch, force, s->place, "joint", word(r, s->place, coordinate(r, s, true, t, piece)));
+            kmp_yaml_put_word(&r->scratch, spring, s->place, "stiffness", "1");
+            kmp_yaml_put_word(&r->scratch, force, s->place, "joint", coordinate(r, s, true, t, piece));
             kmp_yaml_put(&r->scratch, force, s->place, "spring", spring);
             kmp_yaml_put(&r->scratch, forces, s->place, coordinate(r, s, false, t, piece), force);
         }
@@ -257,22 +251,18 @@ static bool check_keys(kmp_reader *r, const kmp_yaml *body, const kmp_yaml *flex
     static const char *const others[] = {"shape", "mass", "com", "inertia"};
     bool good = true;
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)
-        if (kmp_yaml_get(flexible, own[k])) {
-            kmp_reader_complain(r, kmp_yaml_get(flexible, own[k])->place,
-                                "body '%s' is in segments, which have no '%s': remove one of the two", s->name, own[k]);
-            good = false;
-        }
+        if (kmp_yaml_get(flexible, own[k]))
+            good = kmp_reader_complain(r, kmp_yaml_get(flexible, own[k])->place,
+                                       "body '%s' is in segments, which have no '%s': remove one of the two", s->name,
+                                       own[k]);
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
-        if (kmp_yaml_get(body, others[k])) {
-            kmp_reader_complain(r, kmp_yaml_get(body, others[k])->place, "body '%s' is in segments: remove its '%s'",
-                                s->name, others[k]);
-            good = false;
-        }
-    if (s->beam.count[KMP_BEAM_AXIAL] > 0) {
-        kmp_reader_complain(r, kmp_yaml_get(flexible, "shapes")->place,
-                            "body '%s' is in segments, whose length is constant: remove its axial shapes", s->name);
-        good = false;
-    }
+        if (kmp_yaml_get(body, others[k]))
+            good = kmp_reader_complain(r, kmp_yaml_get(body, others[k])->place,
+                                       "body '%s' is in segments: remove its '%s'", s->name, others[k]);
+    if (s->beam.count[KMP_BEAM_AXIAL] > 0)
+        good =
+            kmp_reader_complain(r, kmp_yaml_get(flexible, "shapes")->place,
+                                "body '%s' is in segments, whose length is constant: remove its axial shapes", s->name);
     return good;
 }
 
@@ -303,8 +293,7 @@ static bool read_time(kmp_reader *r, const kmp_yaml *damping, segmented *s)
             "the damping of body '%s', which is in segments, is {time: T}, in seconds: its joints "
             "have the damping T times their stiffness",
             s->name);
-    return kmp_read_number(r, node, what, KMP_DIM_TIME, &s->time) &&
-           kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, s->time.value, "");
+    return kmp_read_ruled(r, node, what, KMP_DIM_TIME, KMP_FIELD_NOT_NEGATIVE, &s->time);
 }
 
 /* The axes of the beam as points have them. */
@@ -362,14 +351,8 @@ void kmp_read_segments(kmp_reader *r)
             put_pieces(r, s, map->keys[k], map->items[k], bodies);
         }
     }
-    const int at = kmp_yaml_find(root, "bodies"), of = kmp_yaml_find(root, "forces");
-    if (at < 0 || (given && of < 0)) /* no memory for the copy */
-        return;
-    root->items[at] = bodies;
-    if (given)
-        root->items[of] = forces;
-    else
-        kmp_yaml_put(&r->scratch, root, map->place, "forces", forces);
+    kmp_yaml_set(&r->scratch, root, "bodies", bodies);
+    kmp_yaml_set(&r->scratch, root, "forces", forces);
     r->root = root;
     for (int k = 0; k < r->segmented_count; k++)
         rename_points(r, &r->segmented[k]);
@@ -394,10 +377,10 @@ static void place_point(kmp_reader *r, const segmented *s, int piece, const kmp_
     const char *what = kmp_reader_say(r, "point '%s.%s'", s->name, point->name);
     kmp_number x;
     if (!station) {
-        kmp_reader_complain(r, node->place,
-                            "%s: body '%s' is in segments: give the station instead of x, such as {station: 0, "
-                            "offset: [0, 0, 0]}",
-                            what, s->name);
+        kmp_complain_of(
+            r, node, what,
+            "body '%s' is in segments: give the station instead of x, such as {station: 0, offset: [0, 0, 0]}",
+            s->name);
         return;
     }
     if (offset && !kmp_read_vector(r, offset, what, KMP_DIM_LENGTH, point->at))

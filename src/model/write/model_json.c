@@ -2,7 +2,6 @@
 /* The model as one JSON object. */
 #include "model/write/model_json.h"
 #include "base/text.h"
-#include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/bushing_matrix.h"
 #include "model/data/cam.h"
@@ -581,15 +580,11 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
         kmp_json_end(&json);
     }
     kmp_json_end(&json);
-    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
-        if ((*wing)->writer)
-            (*wing)->writer->put_behind_tables(&json, model);
+    kmp_model_put_wings(&json, model, false);
     if (model->unknowns_count > 0)
         put_unknowns(&json, model);
     put_bodies(&json, model);
-    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
-        if ((*wing)->writer)
-            (*wing)->writer->put_behind_bodies(&json, model);
+    kmp_model_put_wings(&json, model, true);
     put_closures(&json, model);
     put_ropes(&json, model);
     put_forces(&json, model);

@@ -3,6 +3,7 @@
 #include "model/write/model_print.h"
 #include "base/context.h"
 #include "base/text.h"
+#include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/cam.h"
 #include "model/data/closure.h"
@@ -181,6 +182,48 @@ void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_p
         json_side(json, model, pair, 0);
         json_side(json, model, pair, 1);
     }
+}
+
+/* Sections of wings. */
+
+static void put_entry(kmp_json *json, const kempe_model *model, const kmp_writer_wing *row, const char *name, int k)
+{
+    if (json->layout != KMP_JSON_WORDS) {
+        kmp_model_json_item(json, name);
+        row->put(json, model, k);
+        kmp_json_end(json);
+    } else if (row->show) {
+        row->show(json->text, model, k);
+    } else {
+        kmp_json words = kmp_json_begin_as(json->text, KMP_JSON_WORDS);
+        kmp_text_printf(json->text, "  %s: ", name);
+        row->put(&words, model, k);
+        kmp_text_put(json->text, "\n");
+    }
+}
+
+static void put_section(kmp_json *json, const kempe_model *model, const kmp_writer_wing *row)
+{
+    const char *members = (const char *)model;
+    kmp_name_list names = {.size = row->size};
+    memcpy(&names.count, members + row->count, sizeof names.count);
+    memcpy(&names.list, members + row->list, sizeof names.list);
+    if (names.count > 0 && json->layout == KMP_JSON_WORDS)
+        kmp_text_printf(json->text, "%s\n", row->section);
+    else if (names.count > 0)
+        kmp_model_json_begin(json, row->section);
+    for (int k = 0; k < names.count; k++)
+        put_entry(json, model, row, kmp_name_at(names, k), k);
+    if (names.count > 0 && json->layout != KMP_JSON_WORDS)
+        kmp_json_end(json);
+}
+
+void kmp_model_put_wings(kmp_json *json, const kempe_model *model, bool behind_bodies)
+{
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (const kmp_writer_wing *row = (*wing)->writer; row && row->section; row++)
+            if (row->behind_bodies == behind_bodies)
+                put_section(json, model, row);
 }
 
 /* Shapes as text and as JSON. */

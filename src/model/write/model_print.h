@@ -11,6 +11,7 @@
 #include "model/data/start.h"
 #include "model/data/touch.h"
 #include <kempe/kempe.h>
+#include <stddef.h>
 
 /** Pair of surfaces of a contact; in JSON as members of an open object. */
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);
@@ -24,14 +25,20 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
 /** Mass, com and inertia of a body, without deformation, as members of an open object. */
 void kmp_model_json_mass(kmp_json *json, const kempe_model *model, int body);
 
-/** Sections of a wing (base/wings.h) in either form, those behind the tables and those behind the bodies: nothing where
- * the model has none. */
+/** A section of a wing (base/wings.h), behind the tables or behind the bodies; a row without a section ends them. */
 typedef struct kmp_writer_wing {
-    void (*show_behind_tables)(kmp_text *text, const kempe_model *model);
-    void (*show_behind_bodies)(kmp_text *text, const kempe_model *model);
-    void (*put_behind_tables)(kmp_json *json, const kempe_model *model);
-    void (*put_behind_bodies)(kmp_json *json, const kempe_model *model);
+    const char *section;
+    size_t list, count; /* members of kempe_model: entries that begin with their names, and their number */
+    size_t size;        /* of an entry */
+    bool behind_bodies;
+    void (*put)(kmp_json *json, const kempe_model *model, int k);  /* the members of an entry */
+    void (*show)(kmp_text *text, const kempe_model *model, int k); /* its lines of the summary; NULL: its members */
 } kmp_writer_wing;
+#define KMP_WRITTEN(list, kind)                                                                                        \
+#list, offsetof(kempe_model, list), offsetof(kempe_model, kind##_count), sizeof(kmp_##kind)
+
+/** The sections of all wings at one of these places; KMP_JSON_WORDS: in the summary. */
+void kmp_model_put_wings(kmp_json *json, const kempe_model *model, bool behind_bodies);
 
 /* -- pieces of text ------------------------------------------------------------------ */
 

@@ -3,7 +3,6 @@
 #include "model/write/model_show.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "base/wings.h"
 #include "model/data/body.h"
 #include "model/data/cam.h"
 #include "model/data/closure.h"
@@ -512,9 +511,8 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     }
     show_states(text, model);
     show_tables(text, model);
-    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
-        if ((*wing)->writer)
-            (*wing)->writer->show_behind_tables(text, model);
+    kmp_json words = kmp_json_begin_as(text, KMP_JSON_WORDS);
+    kmp_model_put_wings(&words, model, false);
     begin(text, "unknowns", model->unknowns_count);
     for (int i = 0; i < model->unknowns_count; i++) {
         const kmp_unknowns *u = &model->unknowns[i];
@@ -526,9 +524,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, "\n");
     }
     show_bodies(text, model);
-    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
-        if ((*wing)->writer)
-            (*wing)->writer->show_behind_bodies(text, model);
+    kmp_model_put_wings(&words, model, true);
     int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
     begin(text, "loops", count);
     for (int i = 0; i < count; i++) {

@@ -313,7 +313,7 @@ static bool read_kind(const reading *c, const kmp_yaml *node)
 {
     if (!kmp_read_word(c->r, node, kmp_reader_say(c->r, "spectrum of %s", c->what)))
         return false;
-    c->spectrum->kind = kmp_read_choice(c->r, node, c->what, kmp_wave_spectrum_words, "spectra are", ", ");
+    c->spectrum->kind = kmp_read_choice(c->r, node, c->what, kmp_wave_spectrum_words, "spectra are");
     return c->spectrum->kind >= 0;
 }
 

@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
+#include "model/read/read_closures.h"
 #include "model/read/read_values.h"
 #include "rail/model/read_profiles.h"
 #include "rail/model/wheel_words.h"
@@ -475,19 +476,6 @@ typedef struct reading {
 
 /* -- words --------------------------------------------------------------------------------------- */
 
-/* One of a list's words; `number` is unchanged after an error. */
-static bool read_choice(const reading *w, const char *key, kmp_name_list words, int *number)
-{
-    const kmp_yaml *node = kmp_yaml_get(w->map, key);
-    if (!node)
-        return true;
-    if (!kmp_read_word(w->r, node, kmp_reader_say(w->r, "%s of %s", key, w->what)))
-        return false;
-    int found = kmp_read_choice(w->r, node, w->what, words, kmp_reader_say(w->r, "%s is", key), " or ");
-    *number = found < 0 ? *number : found;
-    return found >= 0;
-}
-
 /* TRACK.left or TRACK.right */
 static bool read_rail(const reading *w, const kmp_yaml *node)
 {
@@ -665,8 +653,11 @@ static void read_wheel(const reading *w)
     good = at && read_centre(w, at) && good;
     wheel->profile = profile ? kmp_read_profile(r, profile, w->what) : NULL;
     good = wheel->profile && wheel->profile->height && good;
-    good = read_choice(w, "contact", KMP_NAMES(kmp_contact_form_words, KMP_CONTACT_ELASTIC + 1), &form) && good;
-    good = read_choice(w, "creep", KMP_NAMES(kmp_creep_law_words, KMP_CREEP_LAWS), &law) && good;
+    good = kmp_read_word_of(w->r, w->map, w->what, "contact",
+                            KMP_NAMES(kmp_contact_form_words, KMP_CONTACT_ELASTIC + 1), &form) &&
+           good;
+    good =
+        kmp_read_word_of(w->r, w->map, w->what, "creep", KMP_NAMES(kmp_creep_law_words, KMP_CREEP_LAWS), &law) && good;
     wheel->form = (kmp_contact_form)form;
     wheel->law = (kmp_creep_law)law;
     good = check_form(w) && good;
@@ -715,13 +706,8 @@ void kmp_add_wheel_closures(kmp_reader *r)
             continue;
         if (kmp_name_find(KMP_NAMED(model, closure), wheel->name) >= 0)
             complain_name(r, wheel, "loop");
-        wheel->closure = model->closure_count++;
-        model->closures[wheel->closure] = (kmp_closure){.name = wheel->name,
-                                                        .kind = KMP_CLOSURE_wheel,
-                                                        .place = wheel->place,
-                                                        .point = {-1, -1},
-                                                        .motion = -1,
-                                                        .wheel = k};
+        wheel->closure = model->closure_count;
+        kmp_add_closure(r, wheel->name, KMP_CLOSURE_wheel, wheel->place)->wheel = k;
     }
 }
 

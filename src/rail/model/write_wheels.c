@@ -12,8 +12,9 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
-static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
+static void put_wheel(kmp_json *json, const kempe_model *model, int number)
 {
+    const kmp_wheel *wheel = &model->wheels[number];
     kmp_text rail = {0};
     kmp_text_printf(&rail, "%s.%s", model->tracks[wheel->track].name, kmp_track_side_words[wheel->side]);
     kmp_json_text(json, "on", &rail);
@@ -37,38 +38,15 @@ static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel 
     kmp_json_end(json);
 }
 
-static void show_wheels(kmp_text *text, const kempe_model *model)
-{
-    kmp_text_put(text, model->wheel_count > 0 ? "wheels\n" : "");
-    for (int i = 0; i < model->wheel_count; i++) {
-        kmp_json words = kmp_json_begin_as(text, KMP_JSON_WORDS);
-        kmp_text_printf(text, "  %s: ", model->wheels[i].name);
-        put_wheel(&words, model, &model->wheels[i]);
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void put_wheels(kmp_json *json, const kempe_model *model)
-{
-    if (model->wheel_count == 0)
-        return;
-    kmp_model_json_begin(json, "wheels");
-    for (int i = 0; i < model->wheel_count; i++) {
-        kmp_model_json_item(json, model->wheels[i].name);
-        put_wheel(json, model, &model->wheels[i]);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 /* -- tracks ------------------------------------------------------------------------------------------ */
 
 /* Profiles and tracks, as they were understood, in both forms. */
 
 /* -- the summary --------------------------------------------------------------------------------- */
 
-static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
+static void show_track(kmp_text *text, const kempe_model *model, int number)
 {
+    const kmp_track *track = &model->tracks[number];
     kmp_text_printf(text, "  %s: at ", track->name);
     kmp_model_put_point(text, model, track->point);
     kmp_text_printf(text, ", rail %s, gauge %.9g at %.9g below the top, inclination %.9g\n", track->profile->name,
@@ -93,23 +71,18 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
                         s->scale);
 }
 
-static void show_tracks(kmp_text *text, const kempe_model *model)
+static void show_profile(kmp_text *text, const kempe_model *model, int k)
 {
-    kmp_text_put(text, model->profile_count > 0 ? "profiles\n" : "");
-    for (int i = 0; i < model->profile_count; i++) {
-        const kmp_table *height = model->profiles[i].height;
-        kmp_text_printf(text, "  %s: %d points, y from %.9g to %.9g\n", model->profiles[i].name, height->count,
-                        height->x[0], height->x[height->count - 1]);
-    }
-    kmp_text_put(text, model->track_count > 0 ? "tracks\n" : "");
-    for (int i = 0; i < model->track_count; i++)
-        show_track(text, model, &model->tracks[i]);
+    const kmp_table *height = model->profiles[k].height;
+    kmp_text_printf(text, "  %s: %d points, y from %.9g to %.9g\n", model->profiles[k].name, height->count,
+                    height->x[0], height->x[height->count - 1]);
 }
 
 /* -- JSON ---------------------------------------------------------------------------------------- */
 
-static void put_track(kmp_json *json, const kempe_model *model, const kmp_track *track)
+static void put_track(kmp_json *json, const kempe_model *model, int number)
 {
+    const kmp_track *track = &model->tracks[number];
     kmp_model_json_point(json, "at", model, track->point);
     kmp_json_put(json, "rail %s gauge %g gauge_depth %g inclination %g", track->profile->name, track->gauge,
                  track->gauge_depth, track->inclination);
@@ -146,28 +119,14 @@ static void put_track(kmp_json *json, const kempe_model *model, const kmp_track 
     kmp_json_end(json);
 }
 
-static void put_tracks(kmp_json *json, const kempe_model *model)
+static void put_profile(kmp_json *json, const kempe_model *model, int k)
 {
-    if (model->profile_count > 0)
-        kmp_model_json_begin(json, "profiles");
-    for (int i = 0; i < model->profile_count; i++) {
-        const kmp_table *height = model->profiles[i].height;
-        kmp_model_json_item(json, model->profiles[i].name);
-        kmp_json_numbers(json, "y", height->count, height->x);
-        kmp_json_numbers(json, "z", height->count, height->y);
-        kmp_json_end(json);
-    }
-    if (model->profile_count > 0)
-        kmp_json_end(json);
-    if (model->track_count > 0)
-        kmp_model_json_begin(json, "tracks");
-    for (int i = 0; i < model->track_count; i++) {
-        kmp_model_json_item(json, model->tracks[i].name);
-        put_track(json, model, &model->tracks[i]);
-        kmp_json_end(json);
-    }
-    if (model->track_count > 0)
-        kmp_json_end(json);
+    const kmp_table *height = model->profiles[k].height;
+    kmp_json_numbers(json, "y", height->count, height->x);
+    kmp_json_numbers(json, "z", height->count, height->y);
 }
 
-const kmp_writer_wing kmp_wheel_writer = {show_tracks, show_wheels, put_tracks, put_wheels};
+const kmp_writer_wing kmp_wheel_writer[] = {{KMP_WRITTEN(profiles, profile), false, put_profile, show_profile},
+                                            {KMP_WRITTEN(tracks, track), false, put_track, show_track},
+                                            {KMP_WRITTEN(wheels, wheel), true, put_wheel, NULL},
+                                            {NULL}};

@@ -4,4 +4,4 @@
 
 #include "model/write/model_print.h"
 
-extern const kmp_writer_wing kmp_wheel_writer;
+extern const kmp_writer_wing kmp_wheel_writer[];

@@ -18,22 +18,6 @@ static const kmp_key tyre_keys[] = {
 #include "road/keys/tyre_keys.def"
     {0}};
 
-static const char *const axis_words[] = {"x", "y", "z"};
-
-/* One of a list's words; `number` is unchanged after an error. */
-static bool read_choice(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, kmp_name_list words,
-                        int *number)
-{
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    if (!node)
-        return true;
-    if (!kmp_read_word(r, node, kmp_reader_say(r, "%s of %s", key, what)))
-        return false;
-    const int found = kmp_read_choice(r, node, what, words, kmp_reader_say(r, "%s is", key), " or ");
-    *number = found < 0 ? *number : found;
-    return found >= 0;
-}
-
 /* -- roads ------------------------------------------------------------------------------------------- */
 
 /* The height, or the name of a table over x. */
@@ -59,19 +43,19 @@ static void read_road(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         return;
     }
     road->normal = 2;
-    bool good = read_choice(r, map, what, "normal", KMP_NAMES_OF(axis_words), &road->normal);
+    bool good = kmp_read_word_of(r, map, what, "normal", kmp_axis_letters, &road->normal);
     road->along = road->normal == 0 ? 1 : 0;
-    good = read_choice(r, map, what, "along", KMP_NAMES_OF(axis_words), &road->along) && good;
+    good = kmp_read_word_of(r, map, what, "along", kmp_axis_letters, &road->along) && good;
     if (along && road->along == road->normal)
-        good = kmp_reader_complain(r, map->place, "%s: its height cannot change along %s, its normal", what,
-                                   axis_words[road->normal]);
+        good = kmp_complain_of(r, map, what, "its height cannot change along %s, its normal",
+                               kmp_name_at(kmp_axis_letters, road->normal));
     road->friction = (kmp_number){.value = 1};
     if (!friction)
         road->friction.symbol = ++r->model->symbol_count;
-    const char *of = kmp_reader_say(r, "friction of %s", what);
     if (friction)
-        good = kmp_read_number(r, friction, of, KMP_DIM_NUMBER, &road->friction) &&
-               kmp_check_rule(r, friction, of, KMP_FIELD_POSITIVE, road->friction.value, "") && good;
+        good = kmp_read_ruled(r, friction, kmp_reader_say(r, "friction of %s", what), KMP_DIM_NUMBER,
+                              KMP_FIELD_POSITIVE, &road->friction) &&
+               good;
     road->height = height ? read_height(r, height, what) : NULL;
     good = good && (!height || road->height);
     const int point = kmp_read_point(r, flat ? flat : at, what);
@@ -101,11 +85,10 @@ static bool read_places(const reading *t)
     t->tyre->point = point;
     const kmp_body *body = &r->model->bodies[r->model->points[point].body];
     if (body == r->model->bodies)
-        return kmp_reader_complain(
-            r, at->place, "%s: a tyre is at a point of a body that rotates with it, not of the ground", t->what);
+        return kmp_complain_of(r, at, t->what,
+                               "a tyre is at a point of a body that rotates with it, not of the ground");
     return !body->flexible ||
-           kmp_reader_complain(r, at->place, "%s: a tyre is at a point of a rigid body, and '%s' is flexible", t->what,
-                               body->name);
+           kmp_complain_of(r, at, t->what, "a tyre is at a point of a rigid body, and '%s' is flexible", body->name);
 }
 
 /* Once for each file. */
@@ -131,7 +114,7 @@ static bool read_source(reading *t)
     if (!file == !model)
         return kmp_reader_complain(t->r, t->map->place, "%s has a 'file' (.tir), or 'model: brush'", t->what);
     if (model)
-        return read_choice(t->r, t->map, t->what, "model", KMP_NAMES_OF(models), &choice);
+        return kmp_read_word_of(t->r, t->map, t->what, "model", KMP_NAMES_OF(models), &choice);
     if (!kmp_tir_read(t->r, file, t->what, &t->tir))
         return false;
     t->tyre->form = t->tir.form;
@@ -156,13 +139,18 @@ static bool check_keys(const reading *t)
         const char *key = brush ? of_file[k] : of_brush[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, key);
         if (node)
-            good = kmp_reader_complain(t->r, node->place, "%s: the key '%s' belongs to %s", t->what, key,
-                                       brush ? "a tyre with a file" : "'model: brush'");
+            good = KMP_COMPLAIN(t, node, "the key '%s' belongs to %s", key,
+                                brush ? "a tyre with a file" : "'model: brush'");
     }
     static const char *const needed[] = {"radius", "vertical_stiffness", "friction", "tread_stiffness", "half_length"};
     for (int k = 0; brush && k < 5; k++)
         good = kmp_read_required(t->r, t->map, t->what, needed[k]) && good;
     return good;
+}
+
+static kmp_number *field_of(kmp_tyre *tyre, int field)
+{
+    return (kmp_number *)(void *)((char *)tyre + kmp_tyre_fields[field].offset);
 }
 
 static bool read_numbers(const reading *t)
@@ -177,24 +165,22 @@ static bool read_numbers(const reading *t)
     bool good = true;
     tyre->friction.value = tyre->low_speed.value = 1;
     for (int k = 0; tyre->tir && k < 4; k++)
-        ((kmp_number *)(void *)((char *)tyre + kmp_tyre_fields[from_file[k].field].offset))->value =
-            tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
+        field_of(tyre, from_file[k].field)->value = tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
     for (int k = 0; k < KMP_TYRE_FIELDS; k++) {
         const kmp_wheel_field *field = &kmp_tyre_fields[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, field->key);
         const char *name = kmp_reader_say(t->r, "the %s of %s", field->key, t->what);
-        if (!node && kmp_tyre_get(tyre, k)->value != 0) /* of the file, or as it is without the key */
-            ((kmp_number *)(void *)((char *)tyre + field->offset))->symbol = ++t->r->model->symbol_count;
+        kmp_number *number = field_of(tyre, k);
+        if (!node && number->value != 0) /* of the file, or as it is without the key */
+            number->symbol = ++t->r->model->symbol_count;
         if (node)
-            good = kmp_read_number(t->r, node, name, kmp_key_dimension(tyre_keys, field->key),
-                                   (kmp_number *)(void *)((char *)tyre + field->offset)) &&
-                   kmp_check_rule(t->r, node, name, field->rule, kmp_tyre_get(tyre, k)->value, "") && good;
+            good =
+                kmp_read_ruled(t->r, node, name, kmp_key_dimension(tyre_keys, field->key), field->rule, number) && good;
     }
     if (good && !(tyre->vertical_stiffness.value > 0))
-        good = kmp_reader_complain(
-            t->r, t->map->place, "%s: the file has no positive VERTICAL_STIFFNESS: give 'vertical_stiffness'", t->what);
+        good = KMP_COMPLAIN(t, t->map, "the file has no positive VERTICAL_STIFFNESS: give 'vertical_stiffness'");
     if (good && !(tyre->low_speed.value > 0))
-        good = kmp_reader_complain(t->r, t->map->place, "%s: VXLOW is not positive: give 'low_speed'", t->what);
+        good = KMP_COMPLAIN(t, t->map, "VXLOW is not positive: give 'low_speed'");
     tyre->has_longitudinal_relaxation = kmp_yaml_get(t->map, "longitudinal_relaxation");
     tyre->has_lateral_relaxation = kmp_yaml_get(t->map, "lateral_relaxation");
     return good;
@@ -203,25 +189,22 @@ static bool read_numbers(const reading *t)
 /* The mode chooses its forces, and whether its slips are transient. */
 static bool read_mode(const reading *t, bool *transient)
 {
-    static const char *const words[] = {"no", "yes"};
     const kmp_yaml *node = kmp_yaml_get(t->map, "mode");
     double mode = t->tir.mode >= 0 && t->tyre->tir ? t->tir.mode : 4;
     if (node && !kmp_read_fixed(t->r, node, kmp_reader_say(t->r, "mode of %s", t->what), KMP_DIM_NUMBER, &mode))
         return false;
     const int number = mode >= 0 && mode < 100 ? (int)mode : -1, forces = number % 10;
     if (number != mode || forces > 4 || number >= 20)
-        return kmp_reader_complain(t->r, node ? node->place : t->map->place,
-                                   "%s: the mode is 0 to 4, or 10 to 14 with transient slip, not %g%s", t->what, mode,
-                                   forces == 5 ? "; turn slip is not known" : "");
+        return KMP_COMPLAIN(t, node ? node : t->map, "the mode is 0 to 4, or 10 to 14 with transient slip, not %g%s",
+                            mode, forces == 5 ? "; turn slip is not known" : "");
     kmp_tyre *tyre = t->tyre;
     tyre->along = forces == 1 || forces >= 3;
     tyre->across = forces >= 2;
     tyre->combined = forces == 4;
     int choice = number >= 10;
     if (tyre->form == KMP_TYRE_BRUSH && forces != 0 && forces != 4)
-        return kmp_reader_complain(t->r, node ? node->place : t->map->place,
-                                   "%s: a brush model has the modes 0, 4, 10 and 14", t->what);
-    if (!read_choice(t->r, t->map, t->what, "transient", KMP_NAMES_OF(words), &choice))
+        return KMP_COMPLAIN(t, node ? node : t->map, "a brush model has the modes 0, 4, 10 and 14");
+    if (!kmp_read_word_of(t->r, t->map, t->what, "transient", kmp_no_or_yes, &choice))
         return false;
     *transient = choice > 0;
     return true;
@@ -232,19 +215,9 @@ static bool check_relaxation(const reading *t)
     const kmp_tyre *tyre = t->tyre;
     const bool x = tyre->has_longitudinal_relaxation || (tyre->tir && tyre->tir[KMP_TIR_PTX1] != 0);
     const bool y = tyre->has_lateral_relaxation || (tyre->tir && tyre->tir[KMP_TIR_PTY1] != 0);
-    return (x && y) || kmp_reader_complain(
-                           t->r, t->map->place, "%s: transient slip needs '%s'%s", t->what,
-                           x ? "lateral_relaxation" : "longitudinal_relaxation",
-                           tyre->tir ? (x ? ", because the file has no PTY1" : ", because the file has no PTX1") : "");
-}
-
-static void add_states(const reading *t)
-{
-    static const char *const slips[] = {"kappa", "alpha"};
-    t->tyre->state = t->r->model->state_count;
-    for (int k = 0; k < 2; k++)
-        kmp_reader_add_state(t->r, kmp_arena_printf(&t->r->model->arena, "%s.%s", t->tyre->name, slips[k]),
-                             t->tyre->place);
+    return (x && y) ||
+           KMP_COMPLAIN(t, t->map, "transient slip needs '%s'%s", x ? "lateral_relaxation" : "longitudinal_relaxation",
+                        tyre->tir ? (x ? ", because the file has no PTY1" : ", because the file has no PTX1") : "");
 }
 
 /* The form of its equations is said, because implementations of the Magic Formula differ. */
@@ -261,7 +234,8 @@ static void say_form(const reading *t)
 
 static void read_tyre(reading *t)
 {
-    static const char *const sides[] = {"left", "right"}, *const angles[] = {"angle", "tangent"};
+    static const char *const sides[] = {"left", "right"}, *const angles[] = {"angle", "tangent"},
+                             *const slips[] = {"kappa", "alpha"};
     kmp_tyre *tyre = t->tyre;
     bool transient = false;
     if (!kmp_read_map(t->r, t->map, t->what, tyre_keys))
@@ -272,14 +246,16 @@ static void read_tyre(reading *t)
     int side = t->tir.right, angle = tyre->tangent;
     good = read_numbers(t) && good;
     good = read_mode(t, &transient) && good;
-    good = read_choice(t->r, t->map, t->what, "side", KMP_NAMES_OF(sides), &side) && good;
-    good = read_choice(t->r, t->map, t->what, "slip_angle", KMP_NAMES_OF(angles), &angle) && good;
+    good = kmp_read_word_of(t->r, t->map, t->what, "side", KMP_NAMES_OF(sides), &side) && good;
+    good = kmp_read_word_of(t->r, t->map, t->what, "slip_angle", KMP_NAMES_OF(angles), &angle) && good;
     tyre->mirrored = side != t->tir.right;
     tyre->tangent = angle;
     if (transient && good)
         good = check_relaxation(t);
     if (transient && good)
-        add_states(t);
+        tyre->state = t->r->model->state_count;
+    for (int k = 0; k < 2 && transient && good; k++)
+        kmp_reader_add_state(t->r, kmp_arena_printf(&t->r->model->arena, "%s.%s", tyre->name, slips[k]), tyre->place);
     if (good)
         say_form(t);
 }
@@ -303,19 +279,13 @@ void kmp_read_tyres(kmp_reader *r)
     }
 }
 
-/* The height of a road, read once more. */
-static const kmp_expr *height_of(kmp_reader *r, int road)
-{
-    const kmp_section s = kmp_read_section(r, "roads", "road");
-    const kmp_yaml *height = s.map && road < s.map->count ? kmp_yaml_get(s.map->items[road], "height") : NULL;
-    return height ? read_height(r, height, kmp_reader_say(r, "road '%s'", r->model->roads[road].name)) : NULL;
-}
-
 void kmp_add_tyre_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
+    const kmp_yaml *roads = kmp_yaml_get(r->root, "roads");
     for (int k = 0; k < model->tyre_count; k++) {
         kmp_tyre *tyre = &model->tyres[k];
+        const kmp_road *road = &model->roads[tyre->road];
         if (kmp_name_find(KMP_NAMED(model, force), tyre->name) >= 0)
             kmp_reader_complain(r, tyre->place,
                                 "a tyre cannot have the name '%s' of a force: its own has the name of the tyre",
@@ -323,7 +293,8 @@ void kmp_add_tyre_forces(kmp_reader *r)
         tyre->force = model->force_count++;
         kmp_force *force = &model->forces[tyre->force];
         *force = (kmp_force){.name = tyre->name, .kind = KMP_FORCE_TYRE, .place = tyre->place, .motion = -1, .tyre = k};
-        if (tyre->point >= 0 && model->roads[tyre->road].height)
-            force->vector[0] = height_of(r, tyre->road);
+        if (tyre->point >= 0 && road->height) /* read once more */
+            force->vector[0] = read_height(r, kmp_yaml_get(roads->items[tyre->road], "height"),
+                                           kmp_reader_say(r, "road '%s'", road->name));
     }
 }

@@ -33,34 +33,27 @@ static const struct {
 };
 
 /* Words of the section UNITS. */
+enum { LENGTH, FORCE, ANGLE, TIME, MASS, UNITS };
+static const char *const unit_keys[UNITS] = {"LENGTH", "FORCE", "ANGLE", "TIME", "MASS"};
 static const struct {
-    const char *key, *word;
+    int key;
+    const char *words;
     double si;
-} units[] = {{"LENGTH", "meter", 1},
-             {"LENGTH", "m", 1},
-             {"LENGTH", "mm", 1e-3},
-             {"LENGTH", "millimeter", 1e-3},
-             {"LENGTH", "cm", 1e-2},
-             {"LENGTH", "inch", 0.0254},
-             {"LENGTH", "foot", 0.3048},
-             {"FORCE", "newton", 1},
-             {"FORCE", "n", 1},
-             {"FORCE", "kilonewton", 1e3},
-             {"FORCE", "kn", 1e3},
-             {"FORCE", "pound_force", 4.4482216152605},
-             {"ANGLE", "radian", 1},
-             {"ANGLE", "radians", 1},
-             {"ANGLE", "rad", 1},
-             {"ANGLE", "degree", 0.017453292519943295},
-             {"ANGLE", "degrees", 0.017453292519943295},
-             {"ANGLE", "deg", 0.017453292519943295},
-             {"TIME", "second", 1},
-             {"TIME", "s", 1},
-             {"TIME", "sec", 1},
-             {"TIME", "millisecond", 1e-3},
-             {"MASS", "kg", 1},
-             {"MASS", "gram", 1e-3},
-             {"MASS", "pound_mass", 0.45359237}};
+} units[] = {{LENGTH, "meter m", 1},
+             {LENGTH, "mm millimeter", 1e-3},
+             {LENGTH, "cm", 1e-2},
+             {LENGTH, "inch", 0.0254},
+             {LENGTH, "foot", 0.3048},
+             {FORCE, "newton n", 1},
+             {FORCE, "kilonewton kn", 1e3},
+             {FORCE, "pound_force", 4.4482216152605},
+             {ANGLE, "radian radians rad", 1},
+             {ANGLE, "degree degrees deg", 0.017453292519943295},
+             {TIME, "second s sec", 1},
+             {TIME, "millisecond", 1e-3},
+             {MASS, "kg", 1},
+             {MASS, "gram", 1e-3},
+             {MASS, "pound_mass", 0.45359237}};
 
 /* A file being read. */
 typedef struct source {
@@ -68,9 +61,9 @@ typedef struct source {
     const kmp_yaml *node;
     const char *what;
     kmp_tir_file *tir;
-    kmp_place place;                   /* of the present line */
-    double length, force, angle, time; /* units in SI */
-    int fit;                           /* FITTYP; -1: not given */
+    kmp_place place;    /* of the present line */
+    double unit[UNITS]; /* in SI */
+    int fit;            /* FITTYP; -1: not given */
     char format[32], section[40];
     double inflated, nominal; /* pressures, in the unit of the file; 0: not given */
     bool pressed;             /* it has coefficients of the pressure */
@@ -79,15 +72,13 @@ typedef struct source {
     int unused_count;
 } source;
 
-static void complain(source *s, const char *sentence, const char *word)
+static void complain(source *s, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void complain(source *s, const char *format, ...)
 {
-    s->good = kmp_reader_complain(s->r, s->place, "%s: %s '%s'", s->what, sentence, word);
-}
-
-static void lower(char *text)
-{
-    for (; *text; text++)
-        *text = (char)tolower((unsigned char)*text);
+    const kmp_yaml at = {.place = s->place};
+    kmp_text sentence = {0};
+    KMP_TEXT_ARGUMENTS(&sentence, format);
+    s->good = KMP_COMPLAIN(s, &at, "%s", kmp_reader_take(s->r, &sentence));
 }
 
 static bool is_equal(const char *a, const char *b)
@@ -100,37 +91,27 @@ static bool is_equal(const char *a, const char *b)
 
 static void read_unit(source *s, const char *key, char *word)
 {
-    lower(word);
+    for (char *c = word; *c; c++)
+        *c = (char)tolower((unsigned char)*c);
     for (size_t k = 0; k < sizeof units / sizeof *units; k++)
-        if (is_equal(key, units[k].key) && strcmp(word, units[k].word) == 0) {
-            double *into[] = {&s->length, &s->force, &s->angle, &s->time};
-            static const char *const keys[] = {"LENGTH", "FORCE", "ANGLE", "TIME"};
-            for (int i = 0; i < 4; i++)
-                *into[i] = strcmp(units[k].key, keys[i]) == 0 ? units[k].si : *into[i];
+        if (is_equal(key, unit_keys[units[k].key]) && kmp_text_behind_word(units[k].words, word)) {
+            s->unit[units[k].key] = units[k].si;
             return;
         }
-    complain(s, "unknown unit", word);
+    complain(s, "unknown unit '%s'", word);
 }
 
 static double unit_of(const source *s, tir_dimension dimension)
 {
-    switch (dimension) {
-    case TIR_FORCE:
-        return s->force;
-    case TIR_LENGTH:
-        return s->length;
-    case TIR_STIFFNESS:
-        return s->force / s->length;
-    case TIR_DAMPING:
-        return s->force * s->time / s->length;
-    case TIR_SPEED:
-        return s->length / s->time;
-    case TIR_ANGLE:
-        return s->angle;
-    case TIR_NUMBER:
-        break;
-    }
-    return 1;
+    const double length = s->unit[LENGTH], force = s->unit[FORCE], time = s->unit[TIME];
+    const double of[] = {[TIR_NUMBER] = 1,
+                         [TIR_FORCE] = force,
+                         [TIR_LENGTH] = length,
+                         [TIR_STIFFNESS] = force / length,
+                         [TIR_DAMPING] = force * time / length,
+                         [TIR_SPEED] = length / time,
+                         [TIR_ANGLE] = s->unit[ANGLE]};
+    return of[dimension];
 }
 
 /* Adds a key or a section that the equations do not use to the list of the first ones. */
@@ -185,9 +166,9 @@ static void read_pair(source *s, const char *key, char *value)
         if (!is_equal(key, rows[k].key))
             continue;
         if (end == value || !isfinite(x))
-            complain(s, kmp_reader_say(s->r, "%s is not a number:", key), value);
+            complain(s, "%s is not a number: '%s'", key, value);
         else if (s->tir->given[k])
-            complain(s, "the file has two values of", key);
+            complain(s, "the file has two values of '%s'", key);
         s->tir->value[k] = x;
         s->tir->given[k] = true;
         return;
@@ -225,7 +206,7 @@ static void read_line(source *s, char *line)
     if (*line == '[') {
         char *close = strchr(line, ']');
         if (!close) {
-            complain(s, "a section without ']':", line);
+            complain(s, "a section without ']': '%s'", line);
             return;
         }
         *close = '\0';
@@ -246,7 +227,7 @@ static void read_line(source *s, char *line)
         read_pair(s, key, value);
     } else if (*line && !s->skips && strcmp(s->section, "") != 0 && !isdigit((unsigned char)*line) && *line != '-' &&
                *line != '#') {
-        complain(s, "a line of the file is neither [SECTION] nor KEY = value:", line);
+        complain(s, "a line of the file is neither [SECTION] nor KEY = value: '%s'", line);
     }
 }
 
@@ -267,23 +248,16 @@ static void find_form(source *s)
         }
     s->place.line = 1;
     if (s->fit >= 0)
-        s->good =
-            kmp_reader_complain(s->r, s->place,
-                                "%s: FITTYP = %d is %s, which is not read: PAC2002, MF 5.2 (5, 6, 21, 51, 52) and "
-                                "MF 6.1 (61) are",
-                                s->what, s->fit, s->fit == 62 ? "MF 6.2" : "a form of the Magic Formula");
+        complain(s, "FITTYP = %d is %s, which is not read: PAC2002, MF 5.2 (5, 6, 21, 51, 52) and MF 6.1 (61) are",
+                 s->fit, s->fit == 62 ? "MF 6.2" : "a form of the Magic Formula");
     else if (*s->format)
-        s->good =
-            kmp_reader_complain(s->r, s->place,
-                                "%s: PROPERTY_FILE_FORMAT = '%s' is not read: PAC2002, MF_05, MF-TYRE, MF 5.2 and "
-                                "MF 6.1 are, or FITTYP says which form it is",
-                                s->what, s->format);
+        complain(s,
+                 "PROPERTY_FILE_FORMAT = '%s' is not read: PAC2002, MF_05, MF-TYRE, MF 5.2 and MF 6.1 "
+                 "are, or FITTYP says which form it is",
+                 s->format);
     else
-        s->good =
-            kmp_reader_complain(s->r, s->place,
-                                "%s: the file has neither FITTYP nor PROPERTY_FILE_FORMAT, by which the form of its "
-                                "equations is known",
-                                s->what);
+        complain(s,
+                 "the file has neither FITTYP nor PROPERTY_FILE_FORMAT, by which the form of its equations is known");
 }
 
 /* All missing keys in one message. */
@@ -296,25 +270,22 @@ static void check_complete(source *s)
             kmp_text_printf(&missing, count++ > 0 ? ", %s" : "%s", rows[k].key);
     s->place.line = 1;
     if (count > 0)
-        s->good =
-            kmp_reader_complain(s->r, s->place, "%s: the file lacks %s", s->what, kmp_reader_take(s->r, &missing));
+        complain(s, "the file lacks %s", kmp_reader_take(s->r, &missing));
     kmp_text_free(&missing);
     if (s->good && s->pressed && s->inflated > 0 && s->nominal > 0 && s->inflated != s->nominal)
-        s->good =
-            kmp_reader_complain(s->r, s->place,
-                                "%s: INFLPRES = %g differs from NOMPRES = %g, and terms of the pressure (PP..) are "
-                                "not read: give a file for this pressure",
-                                s->what, s->inflated, s->nominal);
+        complain(s,
+                 "INFLPRES = %g differs from NOMPRES = %g, and terms of the pressure (PP..) are not "
+                 "read: give a file for this pressure",
+                 s->inflated, s->nominal);
     static const int positive[] = {KMP_TIR_FNOMIN, KMP_TIR_UNLOADED_RADIUS, KMP_TIR_PCX1, KMP_TIR_PCY1};
     for (size_t k = 0; s->good && k < sizeof positive / sizeof *positive; k++)
         if (!(s->tir->value[positive[k]] > 0))
-            s->good = kmp_reader_complain(s->r, s->place, "%s: %s must be positive, not %g", s->what,
-                                          rows[positive[k]].key, s->tir->value[positive[k]]);
+            complain(s, "%s must be positive, not %g", rows[positive[k]].key, s->tir->value[positive[k]]);
 }
 
 bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir_file *tir)
 {
-    source s = {.r = r, .node = node, .what = what, .tir = tir, .length = 1, .force = 1, .angle = 1, .time = 1};
+    source s = {.r = r, .node = node, .what = what, .tir = tir, .unit = {1, 1, 1, 1, 1}};
     size_t length;
     s.fit = -1;
     s.good = true;

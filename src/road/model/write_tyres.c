@@ -11,8 +11,9 @@
 static const char *const axes[] = {"x", "y", "z"};
 static const char *const forms[] = {"brush", "MF 5.2", "MF 6.1"};
 
-static void put_road(kmp_json *json, const kempe_model *model, const kmp_road *road)
+static void put_road(kmp_json *json, const kempe_model *model, int k)
 {
+    const kmp_road *road = &model->roads[k];
     kmp_text height = {0};
     kmp_model_json_point(json, road->height ? "at" : "flat", model, road->point);
     kmp_json_put(json, "normal %s", axes[road->normal]);
@@ -24,8 +25,9 @@ static void put_road(kmp_json *json, const kempe_model *model, const kmp_road *r
     kmp_json_number(json, "friction", road->friction.value);
 }
 
-static void put_tyre(kmp_json *json, const kempe_model *model, const kmp_tyre *tyre, bool all)
+static void put_tyre(kmp_json *json, const kempe_model *model, int number)
 {
+    const kmp_tyre *tyre = &model->tyres[number];
     kmp_json_string(json, "on", model->roads[tyre->road].name);
     kmp_model_json_point(json, "at", model, tyre->point);
     kmp_json_string(json, "model", forms[tyre->form]);
@@ -43,56 +45,9 @@ static void put_tyre(kmp_json *json, const kempe_model *model, const kmp_tyre *t
     for (int k = 0; k < KMP_TYRE_FIELDS; k++)
         if (kmp_tyre_get(tyre, k)->value != 0)
             kmp_json_number(json, kmp_tyre_fields[k].key, kmp_tyre_get(tyre, k)->value);
-    if (all && tyre->tir)
+    if (json->layout != KMP_JSON_WORDS && tyre->tir)
         kmp_json_numbers(json, "coefficients", KMP_TIR_COUNT, tyre->tir);
 }
 
-static void show_roads(kmp_text *text, const kempe_model *model)
-{
-    kmp_text_put(text, model->road_count > 0 ? "roads\n" : "");
-    for (int i = 0; i < model->road_count; i++) {
-        kmp_json words = kmp_json_begin_as(text, KMP_JSON_WORDS);
-        kmp_text_printf(text, "  %s: ", model->roads[i].name);
-        put_road(&words, model, &model->roads[i]);
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void show_tyres(kmp_text *text, const kempe_model *model)
-{
-    kmp_text_put(text, model->tyre_count > 0 ? "tyres\n" : "");
-    for (int i = 0; i < model->tyre_count; i++) {
-        kmp_json words = kmp_json_begin_as(text, KMP_JSON_WORDS);
-        kmp_text_printf(text, "  %s: ", model->tyres[i].name);
-        put_tyre(&words, model, &model->tyres[i], false);
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void put_roads(kmp_json *json, const kempe_model *model)
-{
-    if (model->road_count == 0)
-        return;
-    kmp_model_json_begin(json, "roads");
-    for (int i = 0; i < model->road_count; i++) {
-        kmp_model_json_item(json, model->roads[i].name);
-        put_road(json, model, &model->roads[i]);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
-static void put_tyres(kmp_json *json, const kempe_model *model)
-{
-    if (model->tyre_count == 0)
-        return;
-    kmp_model_json_begin(json, "tyres");
-    for (int i = 0; i < model->tyre_count; i++) {
-        kmp_model_json_item(json, model->tyres[i].name);
-        put_tyre(json, model, &model->tyres[i], true);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
-const kmp_writer_wing kmp_tyre_writer = {show_roads, show_tyres, put_roads, put_tyres};
+const kmp_writer_wing kmp_tyre_writer[] = {
+    {KMP_WRITTEN(roads, road), false, put_road, NULL}, {KMP_WRITTEN(tyres, tyre), true, put_tyre, NULL}, {NULL}};
