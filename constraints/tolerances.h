@@ -700,6 +700,9 @@
 /** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Two
  * corners that meet within it touch by both sides, because rounding would select one. */
 #define KMP_OUTLINE_CORNER 1e-9
+/** The sine of the angle by which an edge of a sharp corner may be behind a line that the corner touches: edges that lie
+ * on the line have errors of steps. Sides of a corner that turn by less are one side. */
+#define KMP_OUTLINE_FACES 1e-4
 /** The cosine of the turn of a corner below which the surface behind it may be near the line across its end. Then the
  * line that halves the corner is a border, too. */
 #define KMP_OUTLINE_OBTUSE 0.5

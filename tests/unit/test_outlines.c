@@ -375,6 +375,62 @@ static void many_edges_cost_little(void)
     CHECK(operations[0] > 0 && operations[1] < 4 * operations[0]);
 }
 
+/* A block of 200 mm slides flat on a table, whose edge is at x = 0.5 m. Its front corner passes the corner of the table
+ * at x = 0.4 m, where nothing stops it: x = 0.2 + t - mu g t^2/2. The same where the solids are listed from another
+ * corner on, and with both sides exchanged. */
+static void a_block_slides_over_an_edge(void)
+{
+    static const char *const bodies[] = {"rectangle: [0.2, 0.1]",
+                                         "polygon: [[0.1, 0.05], [-0.1, 0.05], [-0.1, -0.05], [0.1, -0.05]]"};
+    static const char *const sides[] = {"outline: body, at: thing.C, on: {outline: table, at: ground.O}",
+                                        "outline: table, at: ground.O, on: {outline: body, at: thing.C}"};
+    static const double mu[] = {0, 0.1};
+    for (int k = 0; k < 8 * WAYS; k++) {
+        const int by = k % WAYS, of = k / WAYS;
+        char model[1024];
+        (void)snprintf(model, sizeof model,
+                       PLANE
+                       "outlines: {body: {%s}, table: {rectangle: [1, 0.5]}}\nbodies:\n"
+                       "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+                       "  lift: {joint: {name: y, prismatic: y, at: slide}}\n"
+                       "  thing: {joint: {name: r, revolute: z, at: lift}, mass: 1, inertia: {zz: 0.005}, points: "
+                       "{C: [0, 0, 0]}}\ncontacts: {touch: {%s, restitution: 0, friction: %g}}\n"
+                       "start: {q: {x: 0.2, y: 0.3}, qd: {x: 1}}\n",
+                       bodies[of % 2], sides[of / 2 % 2], mu[of / 4]);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &ways[by], 0.29);
+        CHECK_NEAR(last_q(run)[0], 0.49 - mu[of / 4] * 9.81 * 0.29 * 0.29 / 2, 10 * ways[by].tolerance);
+        CHECK_NEAR(last_q(run)[1], 0.3, 10 * ways[by].tolerance);
+        CHECK_NEAR(last_q(run)[2], 0, 10 * ways[by].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Two equal blocks on a floor: one strikes the other with its whole side, whose corners meet corners. With e = 0 both
+ * go on at half of the speed. */
+static void equal_blocks_strike(void)
+{
+    for (int k = 0; k < WAYS; k += 3) {
+        loaded l = load_text(
+            PLANE "outlines: {block: {rectangle: [0.2, 0.1]}}\nbodies:\n"
+                  "  s: {joint: {name: x, prismatic: x, at: ground}}\n  l: {joint: {name: y, prismatic: y, at: s}}\n"
+                  "  a: {joint: {name: r, revolute: z, at: l}, mass: 1, inertia: {zz: 0.005}, points: {C: [0, 0, 0]}}\n"
+                  "  t: {joint: {name: X, prismatic: x, at: ground}}\n  m: {joint: {name: Y, prismatic: y, at: t}}\n"
+                  "  b: {joint: {name: R, revolute: z, at: m}, mass: 1, inertia: {zz: 0.005}, points: {C: [0, 0, 0]}}\n"
+                  "contacts:\n  strike: {outline: block, at: a.C, on: {outline: block, at: b.C}, restitution: 0}\n"
+                  "  one: {outline: block, at: a.C, on: {plane: ground.O, normal: y}, restitution: 0}\n"
+                  "  two: {outline: block, at: b.C, on: {plane: ground.O, normal: y}, restitution: 0}\n"
+                  "start: {q: {x: 0, y: 0.05, X: 0.5, Y: 0.05}, qd: {x: 1}}\n");
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.5);
+        const double at[] = {0.4, 0.05, 0, 0.6, 0.05, 0};
+        for (int i = 0; i < 6; i++)
+            CHECK_NEAR(last_q(run)[i], at[i], 10 * ways[k].tolerance);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* A disc rests in a hollow corner of 90 degrees on two compliant pieces: each carries m g/sqrt(2). */
 static void a_law_acts_on_pieces(void)
 {
@@ -592,6 +648,8 @@ int main(void)
     TEST(a_disc_leaves_a_round_corner);
     TEST(a_disc_rolls_over_a_corner);
     TEST(many_edges_cost_little);
+    TEST(a_block_slides_over_an_edge);
+    TEST(equal_blocks_strike);
     TEST(a_law_acts_on_pieces);
     TEST(a_law_acts_in_a_corner);
     TEST(a_law_ends_deep_in_a_corner);

@@ -103,11 +103,12 @@ static kmp_ref is_beyond(const kmp_tree *tree, const kmp_outline_part *part, con
 }
 
 /* 1 behind the border where the piece begins, otherwise 0. `place`: not folded. */
-static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref x, kmp_ref y)
+static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
+                      kmp_ref y)
 {
     kmp_graph *g = tree->graph;
     const kmp_ref own = is_beyond(tree, part, part->low, x, y);
-    kmp_ref before, other_x = place->x[0], other_y = place->x[1];
+    kmp_ref before, other_x = place->at.x[0], other_y = place->at.x[1];
     if (!part->fold || !part->before)
         return own;
     fold_place(tree, part, !part->second, &other_x, &other_y, &before);
@@ -115,8 +116,31 @@ static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const 
     return part->second ? kmp_select(g, before, own, other) : kmp_select(g, before, other, own);
 }
 
+/* 1 where the solid of a sharp corner is on the free side of the line that it touches, otherwise 0. Where two corners
+ * meet, this selects the side: a block that slides over the edge of a table does not strike it. */
+static kmp_ref faces(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
+                     kmp_ref y)
+{
+    kmp_graph *g = tree->graph;
+    const complex_ref normal = {kmp_const(g, part->piece.normal[0]), kmp_const(g, part->piece.normal[1])};
+    complex_ref out = normal;
+    if (part->fold) { /* turned back to the copy, times the square of the distance from the origin */
+        const complex_ref own = {place->at.x[0], place->at.x[1]}, back = {x, kmp_neg(y)};
+        out = times(g, normal, times(g, own, back));
+    }
+    kmp_ref rise[2];
+    for (int k = 0; k < 2; k++)
+        rise[k] = kmp_add(g, kmp_mul(g, out.re, place->edge[k][0]), kmp_mul(g, out.im, place->edge[k][1]));
+    kmp_ref least = kmp_binary(g, KMP_OP_MIN, rise[0], rise[1]);
+    if (part->fold)
+        least = kmp_div(g, least, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)));
+    return inverse(g, stands(tree, part, part->edge, kmp_add(g, least, kmp_const(g, KMP_OUTLINE_FACES)), 0,
+                             "the corner turns away"));
+}
+
 /* 1 between the borders, otherwise 0. */
-static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref x, kmp_ref y)
+static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
+                       kmp_ref y)
 {
     kmp_graph *g = tree->graph;
     kmp_ref within = KMP_ONE;
@@ -128,7 +152,7 @@ static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const
     for (int k = 1; k < 3; k++)
         if (part->high[k])
             within = kmp_mul(g, within, inverse(g, is_beyond(tree, part, part->high[k], x, y)));
-    return within;
+    return part->meets_corner ? kmp_mul(g, within, faces(tree, part, place, x, y)) : within;
 }
 
 /* The distance of the place from the curve, positive on the free side. */
@@ -282,7 +306,8 @@ static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bo
 }
 
 /* The index of the piece that counts, from 1; 0: none does. */
-static kmp_ref index_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y)
+static kmp_ref index_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
+                        kmp_ref y)
 {
     kmp_graph *g = tree->graph;
     kmp_ref index = KMP_ZERO;
@@ -307,8 +332,8 @@ static kmp_ref product_sum(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref c, kmp_re
     return kmp_add(g, kmp_mul(g, a, b), kmp_mul(g, c, d));
 }
 
-static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
-                       kmp_ref radius)
+static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
+                       kmp_ref y, kmp_ref radius)
 {
     kmp_graph *g = tree->graph;
     const run_rows rows = rows_of(g, first);
@@ -325,12 +350,12 @@ static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, cons
 }
 
 /* The circle goes as its centre does: by the length of lines, and by (R + r) times the turn of arcs. */
-static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref radius,
-                       kmp_ref *turn)
+static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place,
+                       kmp_ref radius, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
     const run_rows rows = rows_of(g, first);
-    kmp_ref x = place->x[0], y = place->x[1], before;
+    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
     if (first->fold)
         fold_place(tree, first, first->second, &x, &y, &before);
     const kmp_ref index = index_of(tree, first, place, x, y);
@@ -351,11 +376,12 @@ static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, cons
 
 /* -- contacts ------------------------------------------------------------------------------------------ */
 
-kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius)
+kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_circle_place *place,
+                        kmp_ref radius)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->x[0], y = place->x[1], before;
+    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
     if (part->next)
@@ -386,8 +412,8 @@ static void piece_normal(kmp_graph *g, const kmp_piece *piece, kmp_ref x, kmp_re
 }
 
 /* The gradient of the height in run_gap. */
-static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, const kmp_vec *place, kmp_ref x, kmp_ref y,
-                       kmp_ref normal[2])
+static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
+                       kmp_ref y, kmp_ref normal[2])
 {
     kmp_graph *g = tree->graph;
     const run_rows rows = rows_of(g, first);
@@ -402,11 +428,12 @@ static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, cons
 }
 
 /* The normal at the folded place, turned back to the copy where the place is. */
-void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref normal[2])
+void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_circle_place *place,
+                        kmp_ref normal[2])
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->x[0], y = place->x[1], before;
+    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
     if (part->next)
@@ -416,7 +443,7 @@ void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, con
     if (!part->fold)
         return;
     const kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y));
-    const complex_ref folded = {normal[0], normal[1]}, own = {place->x[0], place->x[1]}, back = {x, kmp_neg(y)};
+    const complex_ref folded = {normal[0], normal[1]}, own = {place->at.x[0], place->at.x[1]}, back = {x, kmp_neg(y)};
     const complex_ref turned = times(g, folded, times(g, own, back));
     normal[0] = kmp_div(g, turned.re, square);
     normal[1] = kmp_div(g, turned.im, square);
@@ -424,11 +451,12 @@ void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, con
 
 /* Of a circle about (x, y): the length along a line, or the angle from the middle of an arc, which starts again on the
  * other side, and the distance from the arc's centre. */
-static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const kmp_vec *place, kmp_ref *distance)
+static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place,
+                      kmp_ref *distance)
 {
     kmp_graph *g = tree->graph;
     const kmp_piece *piece = &part->piece;
-    kmp_ref x = place->x[0], y = place->x[1], before;
+    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
     double middle[2], normal[2];
     if (part->fold)
         fold_place(tree, part, part->second, &x, &y, &before);
@@ -443,8 +471,8 @@ static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const 
     return kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
 }
 
-kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
-                        kmp_ref rolled, kmp_ref *turn)
+kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_circle_place *place,
+                        kmp_ref radius, kmp_ref rolled, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
@@ -462,8 +490,8 @@ kmp_ref kmp_outline_way(const kmp_tree *tree, const kmp_contact_pair *touch, con
     return kmp_sub(g, kmp_mul(g, reach, passed), rolled);
 }
 
-kmp_ref kmp_outline_slip(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_vec *place, kmp_ref radius,
-                         kmp_ref rolled)
+kmp_ref kmp_outline_slip(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_circle_place *place,
+                         kmp_ref radius, kmp_ref rolled)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;

@@ -13,6 +13,7 @@
 #include "dynamics/kinematics/outline_contact.h"
 #include "model/data/angle_sum.h"
 #include "model/data/model.h"
+#include "model/data/outline.h"
 #include "model/data/parallel_curve.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
@@ -106,12 +107,23 @@ static void on_profile(const pair *p, kmp_touching *out)
     out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
 }
 
-/* The centre of the first side in the axes of the second side's point. */
-static kmp_vec place_of(const pair *p)
+/* The circle of the first side in the axes of the second side's point. */
+static kmp_circle_place place_of(const pair *p)
 {
-    kmp_vec place;
+    kmp_graph *g = p->tree->graph;
+    const kmp_outline_part *part = p->touch->side[1].piece;
+    kmp_circle_place place = {0};
+    bool meets_corner = false;
+    for (const kmp_outline_part *of = part; of; of = of->next)
+        meets_corner = meets_corner || of->meets_corner;
     for (int i = 0; i < 3; i++)
-        place.x[i] = kmp_vec_dot(p->tree->graph, p->axes[1][i], p->d);
+        place.at.x[i] = kmp_vec_dot(g, p->axes[1][i], p->d);
+    for (int k = 0; k < 2 && meets_corner; k++) {
+        const kmp_vec edge = kmp_vec_add(g, kmp_vec_scale(g, kmp_const(g, part->edge[k][0]), p->axes[0][0]),
+                                         kmp_vec_scale(g, kmp_const(g, part->edge[k][1]), p->axes[0][1]));
+        for (int i = 0; i < 2; i++)
+            place.edge[k][i] = kmp_vec_dot(g, p->axes[1][i], edge);
+    }
     return place;
 }
 
@@ -131,7 +143,7 @@ static void on_cam(const pair *p, kmp_touching *out)
 static void on_piece(const pair *p, kmp_touching *out)
 {
     kmp_graph *g = p->tree->graph;
-    const kmp_vec place = place_of(p);
+    const kmp_circle_place place = place_of(p);
     kmp_ref normal[2];
     out->gap = kmp_outline_gap(p->tree, p->touch, &place, p->radius[0]);
     kmp_outline_normal(p->tree, p->touch, &place, normal);
@@ -196,7 +208,7 @@ kmp_ref kmp_touching_gap(const kmp_tree *tree, const kmp_contact_pair *touch)
     }
     if (touch->side[1].shape == KMP_TOUCH_PIECE) {
         const pair p = pair_of(tree, touch);
-        const kmp_vec place = place_of(&p);
+        const kmp_circle_place place = place_of(&p);
         return kmp_outline_gap(tree, touch, &place, p.radius[0]);
     }
     kmp_touching_find(tree, touch, false, &t);
@@ -294,7 +306,7 @@ static kmp_ref slip_along(const pair *p)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_touch_side *side = p->touch->side;
-    const kmp_vec place = place_of(p);
+    const kmp_circle_place place = place_of(p);
     kmp_vec spin[2];
     for (int k = 0; k < 2; k++)
         spin[k] = kmp_link_spin(p->tree, kmp_point_link(p->tree, side[k].point), p->frame);
@@ -306,7 +318,7 @@ static kmp_ref slip_along(const pair *p)
 /* Along a piece of an outline. */
 static bool way_along(const pair *p, kmp_ref *way, kmp_ref *turn)
 {
-    const kmp_vec place = place_of(p);
+    const kmp_circle_place place = place_of(p);
     kmp_ref rolled;
     if (!rolled_about(p, 2, &rolled))
         return false;
@@ -446,7 +458,7 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_bearing
         return;
     if (touch->side[1].shape == KMP_TOUCH_PIECE) {
         const pair p = pair_of(tree, touch);
-        const kmp_vec place = place_of(&p);
+        const kmp_circle_place place = place_of(&p);
         pressing->slip[0] =
             rolled_about(&p, 2, &rolled) ? kmp_outline_slip(tree, touch, &place, p.radius[0], rolled) : slip_along(&p);
         pressing->slips = 1;

@@ -17,8 +17,8 @@ enum {
 
 /* A pivot of D with a unit diagonal below this is zero: rounding of its elements. */
 #define SINGULAR 1e-11
-/* y below this part of the largest scaled one is zero; on entries without a pivot, whose slopes have the errors that
- * neglected pivots have, below a larger part. */
+/* y below this part of the largest scaled one is zero. Slopes on entries without a pivot have the errors of pivots that
+ * are neglected: where these errors lead from face to face without an end, they are zero below a larger part. */
 #define FLAT      1e-12
 #define FLAT_LEFT 1e-11
 
@@ -27,7 +27,7 @@ typedef struct search {
     double *x, *y, *scale, *rest, *step;
     double *work; /* n x n: rows and columns of entries inside, in their order */
     int *side;
-    double flat;
+    double flat, flat_left;
     int *order;        /* entries inside, the pivots first */
     int inside, count; /* their number; the room of pivots */
 } search;
@@ -145,7 +145,7 @@ static bool find_step(search *s)
     /* The entry with the largest slope that remains where D is singular; -1: none. */
     int fall = -1;
     for (int k = s->count; k < s->inside; k++) {
-        const double slope = fabs(s->rest[k]), most = fall < 0 ? FLAT_LEFT / FLAT * s->flat : fabs(s->rest[fall]);
+        const double slope = fabs(s->rest[k]), most = fall < 0 ? s->flat_left : fabs(s->rest[fall]);
         if (slope > most || (slope == most && fall >= 0 && s->order[k] < s->order[fall]))
             fall = k;
     }
@@ -198,6 +198,7 @@ static void set_scales(search *s)
         s->scale[i] = own > 0 ? sqrt(own) : 1;
         s->flat = fmax(s->flat, FLAT * most[i] / s->scale[i]);
     }
+    s->flat_left = s->flat;
 }
 
 static kmp_box_outcome visit_faces(search *s)
@@ -213,6 +214,7 @@ static kmp_box_outcome visit_faces(search *s)
         /* The entry that leaves its bound: the one with the largest violation of the sign of y, or the first one; -1:
          * none. */
         bool largest = round < LARGEST_FIRST * (n + 1);
+        s->flat_left = largest ? s->flat : FLAT_LEFT / FLAT * s->flat;
         const kmp_box *box = s->box;
         int leaving = -1;
         double most = s->flat;

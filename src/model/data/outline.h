@@ -90,6 +90,10 @@ typedef struct kmp_outline_part {
     int tip[2];
     /** With a law, of ends at a hollow corner: how far beyond the corner the piece counts in the solid. 0: none. */
     double reach[2];
+    /** Of a line with such a corner, for a sharp corner of the other outline, whose edges away from it are in the axes
+     * of its point: the line counts where both are on its free side. */
+    bool meets_corner;
+    double edge[2][2];
     bool either;  /* of an arc of more than half a turn: one of both borders suffices */
     double depth; /* how far the solid reaches behind the piece; INFINITY: farther than it counts */
     double away;  /* the distance that the contact has where the piece does not count */

@@ -94,9 +94,20 @@ typedef struct making {
     int count;
 } making;
 
+/* A sharp corner of the other outline meets a line that ends in sharp corners. */
+static void meet_corner(kmp_outline_part *part, const kmp_piece *corner)
+{
+    part->meets_corner = !part->piece.arc && (part->tip[0] != 0 || part->tip[1] != 0);
+    for (int k = 0; k < 2; k++) {
+        kmp_piece_tangent(corner, k, part->edge[k]);
+        for (int i = 0; i < 2 && k == 0; i++)
+            part->edge[k][i] = -part->edge[k][i];
+    }
+}
+
 /* A pair of the circle with each run of pieces that it meets; of two outlines the second time only with lines and
  * hollow arcs. */
-static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other)
+static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_piece *corner, const kmp_outline *other)
 {
     if (!other) {
         m->pairs[m->count++] = pair;
@@ -112,6 +123,8 @@ static bool add_pairs(making *m, kmp_outline_pair pair, const kmp_outline *other
         kmp_outline_part *part = &parts[k];
         if (!m->law) /* a rigid contact stops at the surface */
             memset(part->reach, 0, sizeof part->reach);
+        if (!m->law && corner)
+            meet_corner(part, corner);
         if (!kmp_piece_meets(&part->piece, pair.radius > 0) || (pair.swapped && is_circle(&part->piece)))
             continue;
         if (!first || m->law || first->piece.run != part->piece.run || first->second != part->second) {
@@ -143,7 +156,7 @@ static bool add_circles(making *m, const kmp_outline *of, bool swapped, const km
                                                                    .off = true,
                                                                    .at = {piece.centre[0], piece.centre[1]},
                                                                    .radius = piece.radius},
-                                                other))
+                                                kmp_piece_is_sharp(&piece) ? &piece : NULL, other))
                 return false;
         }
     return true;
@@ -217,7 +230,7 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     bool good = m.pairs != NULL;
     if (!outline[0]) {
         good = good && read_circle(&m, map, &radius) && check_fit(&m, outline[1], radius) &&
-               add_pairs(&m, (kmp_outline_pair){.radius = radius}, outline[1]);
+               add_pairs(&m, (kmp_outline_pair){.radius = radius}, NULL, outline[1]);
     } else {
         good = good && has_only_circles(&m, outline[0]) && (!outline[1] || has_only_circles(&m, outline[1])) &&
                add_circles(&m, outline[0], false, outline[1]) &&
