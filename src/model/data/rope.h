@@ -49,6 +49,8 @@ typedef struct kmp_rope {
     bool axial;             /* the stiffness is E A in N, otherwise N/m of the whole rope */
     kmp_number stiffness;   /* 0: inextensible */
     kmp_number preload;     /* N, at the start */
+    bool damped;            /* an elastic one */
+    double at_start;        /* its length then: of the path, or free */
     int count;
     kmp_rope_place *places;
 } kmp_rope;

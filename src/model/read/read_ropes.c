@@ -480,6 +480,7 @@ static bool read_kind(const reading *c)
                                    c->what);
     c->rope->kind = force ? KMP_ROPE_LAW : stiffness ? KMP_ROPE_ELASTIC : taut ? KMP_ROPE_TAUT : KMP_ROPE_PULLS;
     c->rope->axial = kmp_yaml_get(c->map, "axial_stiffness");
+    c->rope->damped = kmp_yaml_get(c->map, "damping");
     return read_own(c, c->rope->axial ? stiff[0] : stiff[1], KMP_FIELD_POSITIVE, &c->rope->stiffness) &&
            read_own(c, "preload", KMP_FIELD_NOT_NEGATIVE, &c->rope->preload) &&
            read_own(c, "damping", KMP_FIELD_NOT_NEGATIVE, &(kmp_number){0});
@@ -791,7 +792,7 @@ void kmp_settle_ropes(kmp_reader *r)
         q[k] = kmp_start_coordinate(model, k, r->parameter_values);
     kmp_pose_all(model, q, poses);
     for (int k = 0; k < model->rope_count; k++) {
-        const kmp_rope *rope = &model->ropes[k];
+        kmp_rope *rope = &model->ropes[k];
         const size_t count = (size_t)rope->count;
         double sum = 0, length;
         kmp_rope part;
@@ -806,6 +807,7 @@ void kmp_settle_ropes(kmp_reader *r)
             sum = length < 0 ? -1 : sum + length;
         }
         length = rope->length ? kmp_expr_value_at(rope->length, r->parameter_values, 0) : sum;
+        rope->at_start = length;
         if (sum >= 0 && rope->kind == KMP_ROPE_PULLS && length < sum - SHORT * sum)
             kmp_reader_complain(
                 r, rope->place,
