@@ -1102,11 +1102,12 @@ static void refused(void)
         {"along: [ground.E, {sphere: ground.C}, b.P]", "radius"},
         {"along: [ground.E, {sphere: ground.C, radius: 0.1}, b.P]", "'ground.E', 'ground.C' and 'b.P' are in one line"},
         {"along: [ground.E, {sphere: ground.C, radius: 0.1}, {sphere: ground.D, radius: 0.1}, b.P]",
-         "a sphere lies between two points"},
+         "a sphere, or a cylinder with a helix, lies between two points"},
         {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, helix: yes}, {round: ground.D, radius: 0.1, "
          "turn: left}, b.P]",
-         "a cylinder with a helix lies between two points"},
-        {"around: [ground.E, {sphere: ground.C, radius: 0.1}, b.P]", "a sphere lies between two points"},
+         "a sphere, or a cylinder with a helix, lies between two points"},
+        {"around: [ground.E, {sphere: ground.C, radius: 0.1}, b.P]",
+         "a sphere, or a cylinder with a helix, lies between two points"},
         {"along: [{drum: ground.E, radius: 0.1, turn: left}, ground.X, {sphere: ground.D, radius: 0.1}, b.P], slack: "
          "no",
          "a rope over spheres or helices, or that may leave several sheaves, is open"},

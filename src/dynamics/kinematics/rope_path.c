@@ -90,14 +90,12 @@ static const char *point_name(const path *p, int place, const char **body)
 /* The place after another one, and before it. */
 static int after(const path *p, int k)
 {
-    const int next = (k + 1) % p->rope->count;
-    return next == p->without ? (next + 1) % p->rope->count : next;
+    return kmp_rope_next(p->rope, k, 1, p->without);
 }
 
 static int before(const path *p, int k)
 {
-    const int count = p->rope->count, last = (k + count - 1) % count;
-    return last == p->without ? (last + count - 1) % count : last;
+    return kmp_rope_next(p->rope, k, -1, p->without);
 }
 
 /* The value of a condition of this path, and its number. */
@@ -203,15 +201,6 @@ static kmp_ref wrap_at(const path *p, int k)
     return wrap_between(p, k, span_of(p, before(p, k)).along, span_of(p, k).along);
 }
 
-/* The place that a rope may leave; -1: there is none. */
-static int leaving(const kmp_rope *rope)
-{
-    for (int k = 0; k < rope->count; k++)
-        if (rope->places[k].leaves)
-            return k;
-    return -1;
-}
-
 /* 1 where the rope is off the sheave that it may leave. */
 static kmp_ref is_off(const path *p, int k)
 {
@@ -225,7 +214,7 @@ static kmp_ref on_part(const kmp_tree *tree, const kmp_rope *rope, int place,
                        kmp_ref (*value)(const path *p, int place))
 {
     kmp_graph *g = tree->graph;
-    const int k = leaving(rope);
+    const int k = kmp_rope_leaving(rope);
     path whole = path_of(tree, rope);
     if (k < 0)
         return value(&whole, place);
@@ -585,7 +574,7 @@ void kmp_rope_end(const kmp_tree *tree, const kmp_rope *rope, bool last, kmp_vec
     kmp_rope part = *rope;
     for (int first = 0; kmp_rope_part(rope, &first, &part) && last;)
         ;
-    const int k = leaving(&part);
+    const int k = kmp_rope_leaving(&part);
     path whole = path_of(tree, &part);
     kmp_vec other[2];
     end_on(&whole, last, place, along);

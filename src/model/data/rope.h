@@ -67,6 +67,24 @@ static inline bool kmp_rope_is_belt(const kmp_rope *rope)
     return rope->places[0].drum && rope->places[rope->count - 1].drum;
 }
 
+/** The place that a part of a rope may leave; -1: there is none. */
+static inline int kmp_rope_leaving(const kmp_rope *rope)
+{
+    int k = rope->count - 1;
+    while (k >= 0 && !rope->places[k].leaves)
+        k--;
+    return k;
+}
+
+/** The next place, or with the step -1 the one before. A place that the rope is off (-1: none) does not count. */
+static inline int kmp_rope_next(const kmp_rope *rope, int k, int step, int without)
+{
+    do
+        k = (k + rope->count + step) % rope->count;
+    while (k == without);
+    return k;
+}
+
 /** The number of spans. Span k is from place k to the next one. */
 static inline int kmp_rope_spans(const kmp_rope *rope)
 {

@@ -81,18 +81,14 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
                                number.value * 180 / HALF_TURN);
 }
 
-/* The sheave that the rope may leave. */
-static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+/* A key that is 'yes' or absent. */
+static bool read_yes(const reading *c, const kmp_yaml *map, const char *key, bool *is)
 {
-    const kmp_yaml *node = kmp_yaml_get(map, "may_leave");
     static const char *const words[] = {"yes"};
-    if (!node)
-        return true;
-    if (c->rope->closed && c->list->count < 3)
-        return kmp_reader_complain(c->r, node->place, "%s: a closed rope leaves a sheave only if two others remain",
-                                   c->what);
-    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is", "") == 0;
-    return place->leaves;
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    *is =
+        node && kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), kmp_reader_say(c->r, "%s is", key), "") == 0;
+    return *is || !node;
 }
 
 /* Wheels of one belt or chain have its pitch. */
@@ -212,10 +208,8 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
         return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number from 0 to %d is expected", of, full,
                                    MOST_TURNS);
     place->wrap = TURN * full;
-    static const char *const yes[] = {"yes"};
-    const kmp_yaml *helix = kmp_yaml_get(map, "helix");
-    place->helix = helix && kmp_read_choice(c->r, helix, c->what, KMP_NAMES_OF(yes), "helix is", "") == 0;
-    return (place->helix || !helix) && read_rim(c, map, place) && read_leaving(c, map, place);
+    return read_rim(c, map, place) && read_yes(c, map, "may_leave", &place->leaves) &&
+           read_yes(c, map, "helix", &place->helix);
 }
 
 /* Keys that only a sheave between the ends has. */
@@ -313,10 +307,10 @@ static double across(const double a[3], const double b[3])
     return sqrt(kmp_dot(3, n, n));
 }
 
-static const char *place_name(const reading *c, int k)
+static const char *place_name(kmp_reader *r, const kmp_rope *rope, int k)
 {
-    const kmp_point *point = &c->r->model->points[c->rope->places[k].point];
-    return kmp_reader_say(c->r, "%s.%s", c->r->model->bodies[point->body].name, point->name);
+    const kmp_point *point = &r->model->points[rope->places[k].point];
+    return kmp_reader_say(r, "%s.%s", r->model->bodies[point->body].name, point->name);
 }
 
 /* All rotations from a body up to another one are about the axis. */
@@ -345,7 +339,7 @@ static bool check_axis(const reading *c, int plane, int k, const double axis[3])
             c->r, c->list->items[k]->place,
             "%s: the axes of '%s' and '%s' are not parallel, as they are in one rope; the key axis "
             "selects x, y or z of a point",
-            c->what, place_name(c, plane), place_name(c, k));
+            c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k));
     if (kmp_dot(3, own, axis) < 0)
         c->rope->places[k].turn = -c->rope->places[k].turn;
     const int body[2] = {model->points[c->rope->places[plane].point].body,
@@ -356,7 +350,7 @@ static bool check_axis(const reading *c, int plane, int k, const double axis[3])
             return kmp_reader_complain(
                 c->r, c->list->items[k]->place,
                 "%s: the axes of '%s' and '%s' do not stay parallel, because joint '%s' turns about another axis",
-                c->what, place_name(c, plane), place_name(c, k), joint);
+                c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k), joint);
     return true;
 }
 
@@ -486,49 +480,39 @@ static bool read_kind(const reading *c)
            read_own(c, "damping", KMP_FIELD_NOT_NEGATIVE, &(kmp_number){0});
 }
 
-/* The angle on a drum with layers follows one path. */
-static bool check_layers(const reading *c)
-{
-    bool leaves = false, layered = false;
-    for (int k = 0; k < c->rope->count; k++) {
-        leaves = leaves || c->rope->places[k].leaves;
-        layered = layered || c->rope->places[k].layers;
-    }
-    return !(leaves && layered) ||
-           kmp_reader_complain(c->r, c->list->place,
-                               "%s: a rope with a drum whose radius is a table has no sheave with may_leave", c->what);
-}
-
-/* Spheres and helices lie between two points, and a rope may leave one sheave of a part. Such parts have own planes. */
+/* Spheres and helices lie between two points, and a rope may leave one sheave of a part. Such parts have own planes.
+ * The angle on a drum with layers follows one path. */
 static bool check_parts(const reading *c)
 {
     kmp_rope *rope = c->rope;
-    int leaving = 0, own = 0, since = 0, last = rope->count - 1;
-    bool ends = rope->closed;
-    for (int k = 0; k <= last; k++) {
+    int leaving = 0, own = 0, since = 0;
+    bool turns = false, layered = false;
+    for (int k = 0; k < rope->count; k++) {
         const kmp_rope_place *place = &rope->places[k];
-        const kmp_place at = c->list->items[k]->place;
+        const bool alone = place->ball || place->helix;
         since = place->turn == 0 ? 0 : since + place->leaves;
         leaving += place->leaves;
-        own += place->ball || place->helix;
-        ends = ends || place->turns;
-        if (since > 1)
-            return kmp_reader_complain(c->r, at, "%s: a rope may leave one of its sheaves between two points", c->what);
-        if ((place->ball || place->helix) &&
-            (rope->closed || rope->places[k - 1].turn != 0 || rope->places[k + 1].turn != 0))
-            return kmp_reader_complain(c->r, at, "%s: a %s lies between two points", c->what,
-                                       place->ball ? "sphere" : "cylinder with a helix");
+        own += alone;
+        turns = turns || place->turns;
+        layered = layered || place->layers;
+        const char *wrong = place->leaves && rope->closed && rope->count < 3
+                                ? "a closed rope leaves a sheave only if two others remain"
+                            : since > 1 ? "a rope may leave one of its sheaves between two points"
+                            : alone && (rope->closed || rope->places[k - 1].turn != 0 || rope->places[k + 1].turn != 0)
+                                ? "a sphere, or a cylinder with a helix, lies between two points"
+                                : NULL;
+        if (wrong)
+            return kmp_reader_complain(c->r, c->list->items[k]->place, "%s: %s", c->what, wrong);
     }
     rope->parts = own > 0 || leaving > 1;
-    if (rope->kind == KMP_ROPE_LAW && ends && !rope->closed)
-        return kmp_reader_complain(c->r, c->list->place, "%s: a rope with a 'force' has neither drums nor friction",
-                                   c->what);
-    return !(rope->parts && ends) ||
-           kmp_reader_complain(
-               c->r, c->list->place,
-               "%s: a rope over spheres or helices, or that may leave several sheaves, is open, and has "
-               "neither drums nor friction",
-               c->what);
+    const char *wrong = leaving > 0 && layered
+                            ? "a rope with a drum whose radius is a table has no sheave with may_leave"
+                        : turns && rope->kind == KMP_ROPE_LAW ? "a rope with a 'force' has neither drums nor friction"
+                        : rope->parts && (turns || rope->closed)
+                            ? "a rope over spheres or helices, or that may leave several sheaves, is open, and has "
+                              "neither drums nor friction"
+                            : NULL;
+    return !wrong || kmp_reader_complain(c->r, c->list->place, "%s: %s", c->what, wrong);
 }
 
 static void read_rope(const reading *c)
@@ -551,7 +535,7 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (!(good && rope->places && check_parts(c) && check_moves(c) && find_axes(c) && check_layers(c)))
+    if (!(good && rope->places && check_parts(c) && check_moves(c) && find_axes(c)))
         rope->count = 0; /* what uses it reports no further error */
 }
 
@@ -598,19 +582,6 @@ typedef struct start_path {
     int without;                               /* the place that the rope is off; -1: none */
 } start_path;
 
-/* The next place on the path of a rope, and the one before. Places that the rope is off do not count. */
-static int next_of(const start_path *p, int k)
-{
-    const int count = p->rope->count, next = (k + 1) % count;
-    return next == p->without ? (next + 1) % count : next;
-}
-
-static int before_of(const start_path *p, int k)
-{
-    const int count = p->rope->count, before = (k + count - 1) % count;
-    return before == p->without ? (before + count - 1) % count : before;
-}
-
 static double signed_radius(const kmp_rope *rope, int k)
 {
     return rope->places[k].turn * rope->places[k].radius.value;
@@ -618,9 +589,7 @@ static double signed_radius(const kmp_rope *rope, int k)
 
 static const char *name_of(const start_path *p, int k)
 {
-    const kempe_model *model = p->r->model;
-    const kmp_point *point = &model->points[p->rope->places[k].point];
-    return kmp_reader_say(p->r, "%s.%s", model->bodies[point->body].name, point->name);
+    return place_name(p->r, p->rope, k);
 }
 
 static bool complain_inside(const start_path *p, int k, int next, double distance, double needed)
@@ -644,7 +613,7 @@ static bool complain_inside(const start_path *p, int k, int next, double distanc
 
 static bool find_span(start_path *p, int k)
 {
-    const int next = next_of(p, k);
+    const int next = kmp_rope_next(p->rope, k, 1, p->without);
     double d[3], turned[3];
     for (int i = 0; i < 3; i++)
         d[i] = p->centre[next][i] - p->centre[k][i];
@@ -685,7 +654,7 @@ static double angle_between(const start_path *p, const double first[3], const do
 static double find_turn(const start_path *p, int k)
 {
     kmp_rope_place *place = &p->rope->places[k];
-    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before_of(p, k)];
+    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : kmp_rope_next(p->rope, k, -1, p->without)];
     if (place->turns) {
         const double(*r)[3] = p->poses[place->carrier].r;
         for (int i = 0; i < 3; i++)
@@ -709,26 +678,17 @@ double kmp_start_coordinate(const kempe_model *model, int motion, const double *
     return model->start.q[motion].value;
 }
 
-/* The place that the rope may leave; -1: there is none. */
-static int leaving(const kmp_rope *rope)
-{
-    for (int k = 0; k < rope->count; k++)
-        if (rope->places[k].leaves)
-            return k;
-    return -1;
-}
-
 /* Neighbours of a place that the rope is off have the angles of the path without it. False: that path has no span. */
 static bool find_left(start_path *p)
 {
-    const int k = leaving(p->rope);
+    const int k = kmp_rope_leaving(p->rope);
     if (k < 0)
         return true;
     (void)find_turn(p, k);
     if (!(p->rope->places[k].wrap < 0))
         return true;
     p->without = k;
-    return find_span(p, before_of(p, k));
+    return find_span(p, kmp_rope_next(p->rope, k, -1, p->without));
 }
 
 /* The axis about which the rope turns to the left on a sphere. */
@@ -768,7 +728,7 @@ static double settle(start_path *p)
     for (int k = 0; k < kmp_rope_spans(rope); k++)
         if (!find_span(p, k))
             return -1;
-    const int left = leaving(rope);
+    const int left = kmp_rope_leaving(rope);
     if (!find_left(p))
         return -1;
     for (int k = 0; k < kmp_rope_spans(rope); k++)
