@@ -172,16 +172,21 @@ static int go_round(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_geom *g, c
 
 /* -- paths --------------------------------------------------------------------------------------------- */
 
-/* A part of a tendon between pulleys. */
-typedef struct branch {
+/* A tendon that is being read, and its part since the last pulley. */
+typedef struct tendon_path {
+    const kmp_element *tendon;
+    const char *name; /* in Kempe */
+    kmp_text sum;     /* of lengths of the parts before */
+    double reference; /* their sum */
+    int number;
     kmp_yaml *list;
-    const kmp_mjcf_site *last; /* of the path so far */
-    const kmp_element *round;  /* a geom behind it */
+    const kmp_mjcf_site *last;
+    const kmp_element *round; /* a geom behind it */
     double divisor, length;
-} branch;
+} tendon_path;
 
 /* The geom between the last site and this one as a place of the rope. */
-static bool add_geom(kmp_mjcf *m, branch *b, const kmp_mjcf_site *next)
+static bool add_geom(kmp_mjcf *m, tendon_path *b, const kmp_mjcf_site *next)
 {
     kmp_import *im = m->im;
     const kmp_element *e = b->round;
@@ -208,7 +213,7 @@ static bool add_geom(kmp_mjcf *m, branch *b, const kmp_mjcf_site *next)
     return true;
 }
 
-static bool add_site(kmp_mjcf *m, branch *b, const kmp_element *e)
+static bool add_site(kmp_mjcf *m, tendon_path *b, const kmp_element *e)
 {
     const char *name = kmp_import_attribute(m->im, e, "site");
     const kmp_mjcf_site *s = name ? kmp_mjcf_site_of(m, e, name) : NULL;
@@ -224,64 +229,73 @@ static bool add_site(kmp_mjcf *m, branch *b, const kmp_element *e)
     return true;
 }
 
-/* Ends a branch as a rope of this name, unless the document has it; adds its length to the sum. */
-static bool end_branch(kmp_mjcf *m, const branch *b, const kmp_element *tendon, const char *name, kmp_text *sum,
-                       double *reference)
+static bool add_place(kmp_mjcf *m, tendon_path *b, const kmp_element *e)
 {
-    kmp_import *im = m->im;
-    if (!b->list || b->list->count == 0)
+    if (strcmp(e->name, "site") == 0)
+        return add_site(m, b, e);
+    if (strcmp(e->name, "geom") != 0)
         return true;
-    if (b->round || b->list->count < 2) {
-        kmp_import_complain(im, tendon->place, "the part", name, "of a tendon does not go from a site to a site");
+    if (!b->last || b->round) {
+        kmp_import_complain(m->im, e->place, "the geom", kmp_element_text(e, "geom"), "has no site before it");
         return false;
     }
-    kmp_text_printf(sum, sum->length > 0 ? " + " : "");
+    b->round = e;
+    return true;
+}
+
+/* Begins the part behind a pulley, or the first one. */
+static bool begin_part(kmp_mjcf *m, tendon_path *b, const kmp_element *pulley)
+{
+    b->list = kmp_yaml_new(m->im->arena, KMP_YAML_LIST, b->tendon->place);
+    b->last = NULL;
+    b->round = NULL;
+    b->length = 0;
+    b->divisor = pulley ? kmp_import_read_number(m->im, pulley, "divisor", 1) : 1;
+    if (pulley && !(b->divisor > 0))
+        kmp_import_complain(m->im, pulley->place, "the divisor of tendon", b->name, "is not positive");
+    return b->list && b->divisor > 0;
+}
+
+/* Ends a part as a rope, unless the document has it, and adds its length to the sum. Before a pulley it may be empty.
+ */
+static bool end_part(kmp_mjcf *m, tendon_path *b, bool last)
+{
+    kmp_import *im = m->im;
+    const kmp_place place = b->tendon->place;
+    const bool alone = last && b->number == 0;
+    if (b->list->count == 0 && !last)
+        return true;
+    b->number++;
+    const char *name = alone ? kmp_arena_printf(im->arena, "%s_path", b->name)
+                             : kmp_arena_printf(im->arena, "%s_path_%d", b->name, b->number);
+    if (!name)
+        return false;
+    if (b->round || b->list->count < 2) {
+        kmp_import_complain(im, place, "the part", name, "of a tendon does not go from a site to a site");
+        return false;
+    }
+    kmp_text_put(&b->sum, b->number > 1 ? " + " : "");
     if (b->divisor != 1)
-        kmp_text_printf(sum, "%.17g*", 1 / b->divisor);
-    kmp_text_printf(sum, "length(%s)", name);
-    *reference += b->length / b->divisor;
+        kmp_text_printf(&b->sum, "%.17g*", 1 / b->divisor);
+    kmp_text_printf(&b->sum, "length(%s)", name);
+    b->reference += b->length / b->divisor;
     if (kmp_yaml_get(kmp_import_part(im, im->root, "ropes", KMP_YAML_MAP), name))
         return true;
-    kmp_yaml *map = kmp_import_map(im, tendon->place);
-    kmp_import_put(im, map, tendon->place, "along", b->list);
-    kmp_import_word(im, map, tendon->place, "force", "0");
-    kmp_import_add(im, "ropes", tendon, name, map);
+    kmp_yaml *map = kmp_import_map(im, place);
+    kmp_import_put(im, map, place, "along", b->list);
+    kmp_import_word(im, map, place, "force", "0");
+    kmp_import_add(im, "ropes", b->tendon, name, map);
     return true;
 }
 
 const char *kmp_mjcf_add_path(kmp_mjcf *m, const kmp_element *tendon, const char *name, double *reference)
 {
-    kmp_import *im = m->im;
-    kmp_text sum = {0};
-    branch b = {.divisor = 1};
-    const bool divided = kmp_element_find(tendon, "pulley");
-    int number = 1;
-    bool good = true;
-    *reference = 0;
-    for (const kmp_element *e = tendon->first; good; e = e->next) {
-        if (!b.list)
-            b.list = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
-        const bool pulley = e && strcmp(e->name, "pulley") == 0;
-        if (e && strcmp(e->name, "site") == 0)
-            good = b.list && add_site(m, &b, e);
-        else if (e && strcmp(e->name, "geom") == 0) {
-            good = b.last && !b.round;
-            if (!good)
-                kmp_import_complain(im, e->place, "the geom", kmp_element_text(e, "geom"), "has no site before it");
-            b.round = e;
-        } else if (!e || pulley) {
-            const char *own = divided ? kmp_arena_printf(im->arena, "%s_path_%d", name, number)
-                                      : kmp_arena_printf(im->arena, "%s_path", name);
-            number += b.list && b.list->count > 0;
-            good = own && end_branch(m, &b, tendon, own, &sum, reference);
-            b = (branch){.divisor = pulley ? kmp_import_read_number(im, e, "divisor", 1) : 1};
-            if (!(b.divisor > 0))
-                kmp_import_complain(im, e->place, "the divisor of tendon", name, "is not positive");
-            good = good && b.divisor > 0;
-        }
-        if (!e)
-            break;
-    }
-    const char *length = kmp_text_keep(&sum, im->arena);
-    return good && *reference > 0 ? length : NULL;
+    tendon_path b = {.tendon = tendon, .name = name};
+    bool good = begin_part(m, &b, NULL);
+    for (const kmp_element *e = tendon->first; good && e; e = e->next)
+        good = strcmp(e->name, "pulley") == 0 ? end_part(m, &b, false) && begin_part(m, &b, e) : add_place(m, &b, e);
+    good = good && end_part(m, &b, true);
+    const char *length = kmp_text_keep(&b.sum, m->im->arena);
+    *reference = b.reference;
+    return good ? length : NULL;
 }

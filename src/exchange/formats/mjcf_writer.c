@@ -152,11 +152,11 @@ static bool has_tendon(const kmp_rope *rope)
 }
 
 /* The side of a cylinder on which the rope lies at the start: to the right of a way that turns left; in the link. */
-static void find_side(const kmp_export *w, const kmp_rope *rope, int k, double side[3])
+static void find_side(kmp_export *w, const kmp_rope *rope, int k, double side[3])
 {
     const kempe_model *model = w->model;
-    kmp_pose pose[3], *poses = KMP_ARENA_NEW((kmp_arena *)&w->arena, kmp_pose, model->body_count);
-    double *q = KMP_ARENA_NEW((kmp_arena *)&w->arena, double, model->motion_count + 1), along[3], own[3], left[3];
+    kmp_pose pose[3], *poses = KMP_ARENA_NEW(&w->arena, kmp_pose, model->body_count);
+    double *q = KMP_ARENA_NEW(&w->arena, double, model->motion_count + 1), along[3], own[3], left[3];
     if (!poses || !q)
         return;
     for (int i = 0; i < model->motion_count; i++)
@@ -185,7 +185,7 @@ static void put_tendon_name(kmp_text *text, const kmp_rope *rope, int k, const c
 }
 
 /* Sites and geoms of a rope on a link. */
-static void put_tendon_places(const kmp_export *w, const kmp_rope *rope, int link, int depth)
+static void put_tendon_places(kmp_export *w, const kmp_rope *rope, int link, int depth)
 {
     for (int k = 0; k < rope->count; k++) {
         const kmp_rope_place *place = &rope->places[k];
