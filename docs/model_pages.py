@@ -26,8 +26,8 @@ OWNERS = {"model": "model", "rope_place": "sheave or drum of a rope", "outline_a
           "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal",
           "flexible": "flexible body", "section": "cross-section", "taper": "taper with stations", "section_number": "cross-section by numbers", "beam_shape": "shapes of a beam", "damping": "damping of a flexible body", "file_unit": "units of a file of modes"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
-          "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
-LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
+          "FRICTION": "friction", "ALONG": "force along an expression", "POINT": "force at a point", "BODY": "torque on a body"}
+LAWS = {"ALONG": "by `distance` or `angle`, and `rate`; positive where it increases them", "LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`", "SHAFTS": "`axis` or `axes`, `plunging`",
          "FOLLOWER": "`roller`, `knife` or `flat`; `on`", "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"CUT": "(JOINT)", "LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",

@@ -559,7 +559,7 @@ static void put_sheaves(kmp_json *json, const picture *p)
             const kmp_rope_place *place = &model->ropes[r].places[k];
             const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, place->point);
             double axis[3];
-            if (place->turn == 0 || at.body < 0 || at.body >= p->drawing.body_count)
+            if (place->turn == 0 || place->ball || at.body < 0 || at.body >= p->drawing.body_count)
                 continue;
             sheave_axis(model, place, axis);
             kmp_json_put(json, "{ body %d", at.body);
@@ -567,6 +567,17 @@ static void put_sheaves(kmp_json *json, const picture *p)
             kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
             kmp_json_put(json, "radius %.7g sheave %i }", place->radius.value, 1);
         }
+}
+
+/* The number of the first drawn part of a rope. */
+static int first_part(const kempe_model *model, int rope)
+{
+    kmp_rope part;
+    int count = 0;
+    for (int r = 0; r < rope; r++)
+        for (int first = 0; kmp_rope_part(&model->ropes[r], &first, &part);)
+            count++;
+    return count;
 }
 
 /* The part of a belt that continues from the wheel with grip where a rope ends; -1: none does. Parts have the name of
@@ -580,7 +591,7 @@ static int next_part(const kempe_model *model, const kmp_rope *rope)
         const kmp_rope_place *begin = &other->places[0];
         if (begin->drum && begin->point == end->point && begin->turn == end->turn &&
             strncmp(other->name, rope->name, (size_t)(number - rope->name + 1)) == 0)
-            return r;
+            return first_part(model, r);
     }
     return -1;
 }
@@ -600,32 +611,39 @@ static void put_path(kmp_json *json, const picture *p, const kmp_rope *rope)
         const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, place->point);
         kmp_json_put(json, "{ body %d", at.body);
         kmp_json_rounded_numbers(json, "at", 3, at.at, 7);
-        kmp_json_put(json, "turn %d radius %.7g leaves %i wraps %i wrap %.7g }", place->turn,
+        kmp_json_put(json, "turn %d radius %.7g leaves %i wraps %i wrap %.7g", place->turn,
                      place->turn ? place->radius.value : 0, place->leaves, kmp_rope_wraps(rope, k),
                      kmp_rope_wraps(rope, k) ? place->wrap : 0);
+        if (place->ball || place->helix)
+            kmp_json_put(json, "%s 1", place->ball ? "ball" : "helix");
+        kmp_json_end(json);
     }
+    kmp_json_end(json);
+}
+
+static void put_rope(kmp_json *json, const picture *p, const kmp_rope *rope)
+{
+    const kmp_rope_place *plane = &rope->places[rope->plane < 0 ? 0 : rope->plane];
+    const kmp_drawn_point at = kmp_drawing_point(&p->drawing, p->model, plane->point);
+    double axis[3] = {0, 0, 0};
+    if (rope->plane >= 0)
+        sheave_axis(p->model, plane, axis);
+    kmp_json_put(json, "{ name %s closed %i next %d body %d", rope->name, rope->closed, next_part(p->model, rope),
+                 at.body);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    put_path(json, p, rope);
     kmp_json_end(json);
 }
 
 static void put_ropes(kmp_json *json, const picture *p)
 {
-    const kempe_model *model = p->model;
-    if (model->rope_count == 0)
+    kmp_rope part;
+    if (p->model->rope_count == 0)
         return;
     kmp_json_array(json, "ropes");
-    for (int r = 0; r < model->rope_count; r++) {
-        const kmp_rope *rope = &model->ropes[r];
-        const kmp_rope_place *plane = &rope->places[rope->plane < 0 ? 0 : rope->plane];
-        const kmp_drawn_point at = kmp_drawing_point(&p->drawing, model, plane->point);
-        double axis[3] = {0, 0, 0};
-        if (rope->plane >= 0)
-            sheave_axis(model, plane, axis);
-        kmp_json_put(json, "{ name %s closed %i next %d body %d", rope->name, rope->closed, next_part(model, rope),
-                     at.body);
-        kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
-        put_path(json, p, rope);
-        kmp_json_end(json);
-    }
+    for (int r = 0; r < p->model->rope_count; r++)
+        for (int first = 0; kmp_rope_part(&p->model->ropes[r], &first, &part);)
+            put_rope(json, p, &part);
     kmp_json_end(json);
 }
 

@@ -144,7 +144,7 @@ static void there_and_back(void)
         {MODEL("folding_arm.yaml"), "mjcf", false, false},  {MODEL("geared_leg.yaml"), "mjcf", true, false},
         {EXAMPLE("four_bar"), "mjcf", true, true},          {EXAMPLE("stewart"), "mjcf", false, true},
         {MODEL("armed_linkage.yaml"), "mjcf", true, true},  {EXAMPLE("stephenson"), "sdf", true, true},
-        {EXAMPLE("parallel_robot"), "sdf", true, true},
+        {EXAMPLE("parallel_robot"), "sdf", true, true},     {MODEL("tendon_ropes.yaml"), "mjcf", true, false},
     };
     for (size_t k = 0; k < sizeof trips / sizeof *trips; k++)
         go(&trips[k]);
@@ -257,6 +257,31 @@ static void what_is_left_out(void)
     kempe_model_free(model);
 }
 
+/* A rope over a sheave with a groove is no tendon of MuJoCo, and a damped one no spring that only pulls. */
+static void ropes_that_are_left_out(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, 0, 0]\nground: {points: {A: [-1, 0, 0], C: [0, -0.1, 0]}}\nbodies:\n"
+        "  b: {joint: {name: x, prismatic: y, at: ground}, mass: 1, points: {P: [1, -1, 0]}}\nropes:\n"
+        "  grooved: {along: [ground.A, {round: ground.C, radius: 0.1, turn: right}, b.P]}\n"
+        "  damped: {along: [ground.A, b.P], stiffness: 1, damping: 0.1}\n  limit: {along: [ground.A, b.P], length: "
+        "3}\n";
+    kempe_model *model = NULL;
+    char *written = NULL;
+    CHECK(kempe_model_read_text(context, text, "m.yaml", &model) == KEMPE_OK);
+    foreign_lines[0] = '\0';
+    kempe_context_set_log(context, foreign_on_log, NULL);
+    CHECK(model && kempe_model_export(model, "mjcf", &written) == KEMPE_OK);
+    kempe_context_set_log(context, NULL, NULL);
+    CHECK_TEXT(foreign_lines, "2 m.yaml: force 'grooved' is not written: MJCF has no such force\n"
+                              "2 m.yaml: force 'damped' is not written: MJCF has no such force\n"
+                              "2 m.yaml: the path of rope 'grooved' is not written: MJCF has no such path\n"
+                              "2 m.yaml: the path of rope 'damped' is not written: MJCF has no such path\n");
+    CHECK(written && strstr(written, "<spatial name=\"limit\" range=\"0 3\" limited=\"true\">"));
+    kempe_text_free(written);
+    kempe_model_free(model);
+}
+
 /* The model as JSON, which has all of it but the name of its file. */
 static char *whole(const kempe_model *model)
 {
@@ -322,6 +347,7 @@ int main(void)
     TEST(there_and_back);
     TEST(pictures_and_points);
     TEST(what_is_left_out);
+    TEST(ropes_that_are_left_out);
     TEST(own_language);
     TEST(flexible_bodies);
     kempe_context_free(context);

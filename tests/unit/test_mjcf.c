@@ -5,6 +5,8 @@
  * tests/oracle/robots. */
 #include "base/context.h"
 #include "foreign_models.h"
+#include <kempe/settings.h>
+#include <kempe/table.h>
 #include <math.h>
 
 #define OWN KEMPE_ROOT "/tests/models/tied_gripper"
@@ -98,26 +100,42 @@ static void included_files(void)
                "/tests/models/gantry_circle.mjcf:2:3: the file 'gantry_circle.mjcf' is included twice");
 }
 
+typedef struct motion {
+    kempe_model *model;
+    kempe_system *system;
+    kempe_trajectory *run;
+} motion;
+
+/* A run of a file with inputs and parameters set; without `run` after a failed check. */
+static motion set_run(const char *path, int count, const kempe_setting *set, double t_end, double rtol)
+{
+    const kempe_run_options options = {.t_end = t_end, .rtol = rtol};
+    motion m = {NULL, NULL, NULL};
+    CHECK(kempe_model_read_set(context, path, set, count, &m.model) == KEMPE_OK);
+    CHECK(m.model && kempe_system_new(m.model, &m.system) == KEMPE_OK);
+    CHECK(m.system && kempe_simulate(m.system, &options, &m.run) == KEMPE_OK);
+    if (!m.run)
+        printf("%s\n", kempe_context_message(context));
+    return m;
+}
+
+static void end_motion(motion *m)
+{
+    kempe_trajectory_free(m->run);
+    kempe_system_free(m->system);
+    kempe_model_free(m->model);
+}
+
 /* The end of a run of a file with all inputs set. */
 static void run_of(const char *path, double q[2])
 {
     static const kempe_setting inputs[] = {{"ctrl_push", "1"},    {"ctrl_servo", "0.3"}, {"ctrl_pace", "-1"},
                                            {"ctrl_brake", "0.5"}, {"ctrl_law", "0.2"},   {"ctrl_winch", "0.7"}};
-    const kempe_run_options options = {.t_end = 2, .rtol = 1e-9};
-    kempe_model *model = NULL;
-    kempe_system *system = NULL;
-    kempe_trajectory *run = NULL;
-    CHECK(kempe_model_read_set(context, path, inputs, 6, &model) == KEMPE_OK);
-    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
-    CHECK(system && kempe_simulate(system, &options, &run) == KEMPE_OK);
-    int last = run ? kempe_trajectory_row_count(run) - 1 : -1;
+    motion m = set_run(path, 6, inputs, 2, 1e-9);
+    int last = m.run ? kempe_trajectory_row_count(m.run) - 1 : -1;
     for (int k = 0; k < 2; k++)
-        q[k] = last >= 0 ? kempe_trajectory_q(run, last)[k] : k;
-    if (last < 0)
-        printf("%s\n", kempe_context_message(context));
-    kempe_trajectory_free(run);
-    kempe_system_free(system);
-    kempe_model_free(model);
+        q[k] = last >= 0 ? kempe_trajectory_q(m.run, last)[k] : k;
+    end_motion(&m);
 }
 
 /* Springs, friction and actuators of tendons; servos. The laws are those of MuJoCo, written by hand. */
@@ -129,6 +147,41 @@ static void tendons_and_actuators(void)
     CHECK(fabs(q[0] - 0.25) > 1e-3 && fabs(q[1]) > 1e-3);
     for (int k = 0; k < 2; k++)
         CHECK_NEAR(q[k], own[k], 1e-8);
+}
+
+/* Tendons over a cylinder, which they leave and meet, and a sphere, and with pulleys: lengths at states and a motion by
+ * MuJoCo (tests/oracle/tendons). */
+static void wrapped_tendons(void)
+{
+    static const double states[][4] = {
+        {0, 0, 0.908381854261522, 1.05126443529228},        {0.5, 0.3, 0.956146470263503, 1.13686176521226},
+        {-0.7, -1.2, 0.729665910718507, 0.847120869636755}, {-0.4, 1.1, 0.86225348468966, 0.946060837799102},
+        {1.2, -0.9, 0.936972453818402, 1.12962109017772},   {0.2, 2.2, 0.808579206161385, 0.9762579186231},
+        {-1, 0.8, 0.78516276167307, 0.824136428654428}};
+    static const double end[4] = {-0.05703685226, -2.68940131808, -3.4402120376, 1.6215833956};
+    static const char path[] = KEMPE_ROOT "/tests/models/wrapped.yaml";
+    for (size_t k = 0; k < sizeof states / sizeof *states; k++) {
+        char a[32], b[32];
+        (void)snprintf(a, sizeof a, "%g", states[k][0]);
+        (void)snprintf(b, sizeof b, "%g", states[k][1]);
+        const kempe_setting set[] = {{"a", a}, {"b", b}};
+        motion m = set_run(path, 2, set, 1e-6, 1e-6);
+        for (int i = 0; i < 2; i++) {
+            kempe_table *table = NULL;
+            CHECK(m.run && kempe_trajectory_outputs(m.run, i ? "tackle" : "long", &table) == KEMPE_OK);
+            CHECK_NEAR(table ? kempe_table_number(table, 0, 1) : NAN, states[k][2 + i], 1e-13);
+            kempe_table_free(table);
+        }
+        end_motion(&m);
+    }
+    const kempe_setting controls[] = {{"ctrl_long", "-3"}, {"ctrl_servo", "0.4"}};
+    motion m = set_run(path, 2, controls, 1, 1e-11);
+    const int last = m.run ? kempe_trajectory_row_count(m.run) - 1 : -1;
+    for (int k = 0; last >= 0 && k < 2; k++) {
+        CHECK_NEAR(kempe_trajectory_q(m.run, last)[k], end[k], 1e-9);
+        CHECK_NEAR(kempe_trajectory_qd(m.run, last)[k], end[2 + k], 1e-8);
+    }
+    end_motion(&m);
 }
 
 /* Mechanics that is not read is an error, unless it is left out by name; then results say so. */
@@ -208,6 +261,55 @@ static void what_is_refused(void)
            "m.mjcf:3:1: the tendon 't' is spatial: equalities of fixed tendons are read");
 }
 
+#define WRAP                                                                                                           \
+    "<mujoco><worldbody><geom name='drum' type='cylinder' size='0.1 1'/><geom name='brick' type='box' size='1 1 1'/>"  \
+    "<geom name='ball' size='0.1'/><site name='a' pos='-1 0.2 0'/><site name='in' pos='0.01 0 0'/>"                    \
+    "<site name='far' pos='0 -1 0'/><body name='b'><joint name='j'/><inertial mass='1' pos='0 0 0' "                   \
+    "diaginertia='1 1 1'/><site name='c' pos='1 -0.1 0'/></body></worldbody><tendon><spatial name='t' stiffness='1'>"
+#define WRAPPED "</spatial></tendon></mujoco>"
+
+static void refused_tendons(void)
+{
+    static const struct {
+        const char *path, *words;
+    } cases[] = {
+        {"<site site='a'/>\n<geom geom='brick'/><site site='c'/>",
+         "m.mjcf:2:1: the geom 'brick' is neither a sphere nor a cylinder, around which a tendon lies"},
+        {"<site site='a'/>\n<geom geom='cone'/><site site='c'/>", "m.mjcf:2:1: the geom 'cone' does not exist"},
+        {"<site site='a'/>\n<geom geom='drum' sidesite='in'/><site site='c'/>",
+         "m.mjcf:2:1: the geom 'drum' has its sidesite inside: tendons inside geoms are not read"},
+        {"<site site='a'/>\n<geom geom='ball' sidesite='far'/><site site='c'/>",
+         "m.mjcf:2:1: the geom 'ball' has its sidesite on the far side: ropes have the shortest way over a sphere"},
+        {"<site site='in'/>\n<geom geom='drum'/><site site='c'/>",
+         "m.mjcf:2:1: the geom 'drum' has a neighbour of the tendon inside"},
+        {"\n<geom geom='drum'/><site site='c'/>", "m.mjcf:2:1: the geom 'drum' has no site before it"},
+        {"<site site='a'/><site site='c'/>\n<pulley divisor='0'/><site site='a'/><site site='c'/>",
+         "m.mjcf:2:1: the divisor of tendon 't' is not positive"},
+        {"<site site='a'/><site site='c'/><pulley divisor='2'/><site site='a'/>",
+         "m.mjcf:1:378: the part 't_path_2' of a tendon does not go from a site to a site"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[2048];
+        (void)snprintf(text, sizeof text, "%s%s%s", WRAP, cases[k].path, WRAPPED);
+        refuse(text, cases[k].words);
+    }
+}
+
+/* With limits of joints the range of a tendon is two stops of its length. */
+static void limits_of_tendons(void)
+{
+    CHECK(kempe_context_set_joint_limits(context, 1) == KEMPE_OK);
+    char *text =
+        shown("<mujoco><worldbody><geom name='drum' type='cylinder' size='0.1 1'/><site name='a' pos='-1 0.2 0'/>"
+              "<body name='b'><joint name='j'/><inertial mass='1' pos='0 0 0' diaginertia='1 1 1'/><site name='c' "
+              "pos='1 -0.1 0'/></body></worldbody><tendon><spatial name='t' range='1 2.5'><site site='a'/><geom "
+              "geom='drum'/><site site='c'/></spatial></tendon></mujoco>");
+    CHECK(text && strstr(text, "t_lower: "));
+    CHECK(text && strstr(text, "length(t_path) - 1"));
+    CHECK(text && strstr(text, "2.5 - length(t_path)"));
+    kempe_text_free(text);
+    CHECK(kempe_context_set_joint_limits(context, 0) == KEMPE_OK);
+}
+
 static void what_is_not_used(void)
 {
     CHECK(kempe_context_set_left_out(context, "armature") == KEMPE_OK);
@@ -240,6 +342,9 @@ int main(void)
     TEST(classes_of_defaults);
     TEST(included_files);
     TEST(tendons_and_actuators);
+    TEST(wrapped_tendons);
+    TEST(refused_tendons);
+    TEST(limits_of_tendons);
     TEST(unread_mechanics);
     TEST(what_is_refused);
     TEST(what_is_not_used);

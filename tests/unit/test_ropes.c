@@ -94,6 +94,46 @@ static void turns_and_offsets_count(void)
     unload(&l);
 }
 
+/* Round a quarter of a cylinder with a rise of 0.4 m, and by 30 deg over a sphere in a plane that is turned by 30 deg
+ * about x: spans of 0.3 (0.1) and 0.5 m, r = 0.1 m. On a cylinder that is unrolled the rope is a straight line. The
+ * rates of the end are the direction of the last span. Beside the sphere the rope is straight. */
+static void smooth_bodies_have_the_shortest_way(void)
+{
+    const double across = 0.8 + 0.05 * pi, whole = hypot(across, 0.4), c = sqrt(0.75), s = 0.5;
+    const double x = 0.05 + 0.5 * c, y = 0.1 * c - 0.25;
+    const struct {
+        const char *place;
+        double end[3], length, slope[3];
+    } cases[] = {{"round: ground.C, radius: 0.1, turn: right, may_leave: yes, helix: yes",
+                  {0.1, -0.5, 0.4},
+                  whole,
+                  {0, -across / whole, 0.4 / whole}},
+                 {"sphere: ground.C, radius: 0.1", {x, y * c, y * s}, 0.6 + pi / 60, {c, -s * c, -s * s}},
+                 {"sphere: ground.C, radius: 0.1", {-0.1, 0.1 * c + 0.4, 0.1 * s + 0.3}, 0.5, {0, 0.8, 0.6}},
+                 {"sphere: ground.C, radius: 0.1", {0.7, 0.1 * c, 0.1 * s + 0.6}, 1, {0.8, 0, 0.6}}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
+        for (int i = 0; i < 3; i++) {
+            char model[1024];
+            const double *end = cases[k].end;
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\nground: {points: {A: [%.17g, %.17g, %.17g], C: [0, 0, 0]}}\nbodies:\n"
+                           "  b: {joint: {motions: [T1, T2, T3], coordinates: [x, y, z], at: ground}, mass: 1, points: "
+                           "{P: [0, 0, 0]}}\n"
+                           "ropes: {r: {along: [ground.A, {%s}, b.P], force: 0}}\nsensors: {rate: rate(length(r))}\n"
+                           "start: {q: {x: %.17g, y: %.17g, z: %.17g}, qd: {%c: 1}}\n",
+                           k == 0 ? -0.3 : -0.1, k == 0 ? 0.1 : 0.1 * c, k == 0 ? 0 : 0.1 * s, cases[k].place, end[0],
+                           end[1], end[2], 'x' + i);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[3], 0.001);
+            CHECK_NEAR(at_start(run, "length(r)"), cases[k].length, 1e-14);
+            CHECK_NEAR(at_start(run, "rate"), cases[k].slope[i], 1e-14);
+            CHECK_NEAR(at_start(run, "wrap(r.2)"), k == 0 ? pi / 2 : k == 1 ? pi / 6 : 0, 1e-14);
+            CHECK_NEAR(at_start(run, "tension(r)"), 0, 1e-14);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
 /* -- motions --------------------------------------------------------------------------------------------- */
 
 /* Without gravity a mass at 2 m/s unwinds its string from a drum that does not turn: l^2 = l0^2 + 2 R v t. A string
@@ -1058,6 +1098,24 @@ static void refused(void)
         {"around: [{round: ground.C, radius: 0.1, turn: left, grip: yes}, b.P], slack: no",
          "the tensions of a closed belt without slack are not unique"},
         {"along: [ground.E, b.P], around: [ground.E, b.P]", "along, around"},
+        {"along: [ground.E, {sphere: ground.C, radius: 0.1, turn: left}, b.P]", "a sphere has a radius and no turn"},
+        {"along: [ground.E, {sphere: ground.C}, b.P]", "radius"},
+        {"along: [ground.E, {sphere: ground.C, radius: 0.1}, b.P]", "'ground.E', 'ground.C' and 'b.P' are in one line"},
+        {"along: [ground.E, {sphere: ground.C, radius: 0.1}, {sphere: ground.D, radius: 0.1}, b.P]",
+         "a sphere, or a cylinder with a helix, lies between two points"},
+        {"along: [ground.E, {round: ground.C, radius: 0.1, turn: left, helix: yes}, {round: ground.D, radius: 0.1, "
+         "turn: left}, b.P]",
+         "a sphere, or a cylinder with a helix, lies between two points"},
+        {"around: [ground.E, {sphere: ground.C, radius: 0.1}, b.P]",
+         "a sphere, or a cylinder with a helix, lies between two points"},
+        {"along: [{drum: ground.E, radius: 0.1, turn: left}, ground.X, {sphere: ground.D, radius: 0.1}, b.P], slack: "
+         "no",
+         "a rope over spheres or helices, or that may leave several sheaves, is open"},
+        {"along: [ground.E, b.P], force: 3, length: 2", "a rope with a 'force' has no length"},
+        {"along: [ground.E, b.P], force: 3*depth", "depth"},
+        {"along: [{drum: ground.E, radius: 0.1, turn: left}, b.P], force: 3*distance",
+         "a rope with a 'force' has neither drums nor friction"},
+        {"along: [ground.E, b.P], force: tension(r)", "tension of rope 'r' is its 'force'"},
         {"around: [{drum: ground.C, radius: 0.1, turn: left}, b.P]", "a drum is its first or its last place"},
         {"along: [ground.E, b.P]}, f: {along: [ground.E, b.P]", "the section contacts has 'f', the name of its own"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -1076,6 +1134,67 @@ static void refused(void)
             cases[k].rope);
         load_rejected(text, cases[k].words);
     }
+}
+
+/* A mass of 2 kg on a rope that pulls and pushes with 200 N/m round a sheave: x = 1 + 0.2 cos(10 t) from its end. An
+ * equal force along an expression is the same one. */
+static void a_rope_may_push(void)
+{
+    static const char *const kinds[] = {
+        "ropes: {r: {along: [ground.A, {round: ground.C, radius: 0.1, turn: right}, b.P], force: \"200*(distance - 1.3 "
+        "- "
+        "0.05*pi) + (0 s)*rate\"}}\nforces: {f: {joint: x, force: 0}}\n",
+        "ropes: {r: {along: [ground.A, {round: ground.C, radius: 0.1, turn: right}, b.P], force: 0}}\n"
+        "forces: {f: {sliding: length(r) - q(x)/4, force: -800/3*(distance + q(x)/4 - 1.3 - 0.05*pi)}}\n"};
+    for (int c = 0; c < 2; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\nground: {points: {A: [-0.3, 0.1, 0], C: [0, 0, 0], S: [0.1, 0, 0]}}\nbodies:\n"
+                           "  b: {joint: {name: x, prismatic: -y, at: ground.S}, mass: 2, points: {P: [0, 0, 0]}}\n"
+                           "%sstart: {q: {x: 1.2}}\n",
+                           kinds[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.25);
+            CHECK_NEAR(at_end(run, "q"), 1 + 0.2 * cos(2.5), ways[k].tolerance);
+            CHECK_NEAR(at_end(run, c == 0 ? "tension(r)" : "force(f)"), c == 0 ? 40 * cos(2.5) : -40 * cos(2.5) / 0.75,
+                       300 * ways[k].tolerance);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
+/* The way over a peg of r = 0.1 m whose top is the first end's height, to an end that is h below it 1 m further. */
+static double over_peg(double h, double *wrap)
+{
+    const double far = hypot(0.5, 0.1 - h);
+    *wrap = h > 0 ? pi / 2 - atan2(0.1 - h, 0.5) - acos(0.1 / far) : 0;
+    return h > 0 ? 0.5 + 0.1 * *wrap + sqrt(far * far - 0.01) : hypot(1, h);
+}
+
+/* A rope over two pegs with points between them meets one while it leaves the other. */
+static void two_pegs_may_be_left(void)
+{
+    loaded l = load_text(
+        "kempe: 1\nground: {points: {A: [-0.5, 0, 0], B: [0, -0.1, 0], M: [1, 0, 0], C: [1.5, -0.1, 0]}}\nbodies:\n"
+        "  a: {joint: {name: x, prismatic: -y, at: ground}, mass: 1, points: {P: [0.5, 0, 0]}}\n"
+        "  b: {joint: {name: y, prismatic: -y, at: ground}, mass: 1, points: {P: [2, 0, 0]}}\n"
+        "ropes: {r: {along: [ground.A, {round: ground.B, radius: 0.1, turn: right, may_leave: yes}, a.P, ground.M, "
+        "{round: ground.C, radius: 0.1, turn: right, may_leave: yes}, b.P], force: 0}}\n"
+        "start: {q: {x: -0.2, y: 0.3}, qd: {x: 1, y: -1}}\n");
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.5);
+    for (int last = 0; last < 2; last++) {
+        double x, wrap[2];
+        const double h = last ? 0.3 : -0.2, length = over_peg(h, &wrap[0]) + over_peg(0.1 - h, &wrap[1]);
+        show(run, "length(r)", last, 1, &x);
+        CHECK_NEAR(x, length + hypot(0.5, h), 1e-9);
+        show(run, "wrap(r.2)", last, 1, &x);
+        CHECK_NEAR(x, wrap[0], 1e-9);
+        show(run, "wrap(r.5)", last, 1, &x);
+        CHECK_NEAR(x, wrap[1], 1e-9);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
 }
 
 /* Runs end where a rope leaves its sheave, or has no free part left. */
@@ -1111,6 +1230,7 @@ int main(void)
 {
     TEST(a_path_has_its_length);
     TEST(turns_and_offsets_count);
+    TEST(smooth_bodies_have_the_shortest_way);
     TEST(a_string_unwinds);
     TEST(a_bungee_catches);
     TEST(a_rope_becomes_taut_with_an_impact);
@@ -1140,6 +1260,8 @@ int main(void)
     TEST(instances_are_runs);
     TEST(a_load_hangs_in_balance);
     TEST(an_included_rope_has_its_prefix);
+    TEST(a_rope_may_push);
+    TEST(two_pegs_may_be_left);
     TEST(refused);
     TEST(runs_end_with_a_name);
     return check_report();

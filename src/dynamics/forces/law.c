@@ -85,7 +85,7 @@ void kmp_law_stops(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
  * the row of a closure has it. */
 
 /* On the coordinate, or on all that the place, or the rate, depends on. */
-static void apply_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
+static void apply_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
 {
     kmp_ref of, *slope;
     int *motion;
@@ -112,7 +112,7 @@ static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_f
     *value = tree->conditions.settled || tree->friction_in_place ? kmp_friction_force(tree, force)
                                                                  : kmp_tree_multiplier(tree, force->closure, 0);
     (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
-    apply_friction(forces, tree, force, effort);
+    apply_along(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, effort, kmp_friction_own_rate(tree, force));
 }
@@ -128,7 +128,7 @@ void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force 
     kmp_ref level = kmp_friction_level(tree, force);
     kmp_ref root = kmp_sqrt(g, kmp_add(g, kmp_mul(g, qd, qd), kmp_mul(g, s, s)));
     *value = kmp_neg(kmp_mul(g, level, kmp_div(g, qd, root)));
-    apply_friction(forces, tree, force, *value);
+    apply_along(forces, tree, force, *value);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, *value, kmp_friction_own_rate(tree, force));
 }
@@ -146,6 +146,15 @@ void kmp_law_effort(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
         forces->potential = kmp_sub(g, forces->potential, kmp_mul(g, effort, kmp_input(g, KMP_IN_Q, k)));
     if (!conserves && energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, effort, kmp_input(g, KMP_IN_QD, k));
+}
+
+/* An effort along an expression of coordinates and t: its virtual work is the effort times the expression's. */
+void kmp_law_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+{
+    *value = kmp_tree_expression(tree, force->effort);
+    apply_along(forces, tree, force, *value);
+    if (energy & KMP_ENERGY_POWER)
+        kmp_add_power(forces, tree, *value, kmp_friction_own_rate(tree, force));
 }
 
 /* The rate of a state on the unit inertia of its motion. It has neither potential nor power. A delayed signal that the

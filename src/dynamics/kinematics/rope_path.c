@@ -30,7 +30,7 @@ enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIO
 /* The roughest path of a drum with layers: angles of finer ones differ by 1e-12 rad where dr/dw is 1e-3 of the span. */
 enum { ROUGHEST = 3 };
 
-/* A path in the axes of the link that carries all its places. */
+/* A path, or one of its parts, in the axes of the link that carries all its places. */
 typedef struct path {
     const kmp_tree *tree;
     const kmp_rope *rope;
@@ -45,6 +45,18 @@ typedef struct span {
     kmp_ref length;
     kmp_vec along; /* unit vector across the axis */
 } span;
+
+/* The unit normal of the plane of a sphere's centre and both its neighbours, about which the rope turns to the left. */
+static kmp_vec plane_of_ball(const path *p)
+{
+    kmp_graph *g = p->tree->graph;
+    kmp_vec from[2];
+    for (int k = 0; k < 2; k++)
+        from[k] = kmp_vec_sub(g, kmp_point_position(p->tree, p->rope->places[2 * k].point, p->link),
+                              kmp_point_position(p->tree, p->rope->places[1].point, p->link));
+    const kmp_vec n = kmp_vec_cross(g, from[0], from[1]);
+    return kmp_vec_scale(g, kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_vec_dot(g, n, n))), n);
+}
 
 static path path_of(const kmp_tree *tree, const kmp_rope *rope)
 {
@@ -63,7 +75,7 @@ static path path_of(const kmp_tree *tree, const kmp_rope *rope)
     if (rope->plane >= 0) {
         const kmp_rope_place *place = &rope->places[rope->plane];
         const double e[3] = {place->axis == 0, place->axis == 1, place->axis == 2};
-        p.axis = kmp_point_direction(tree, place->point, e, p.link);
+        p.axis = place->ball ? plane_of_ball(&p) : kmp_point_direction(tree, place->point, e, p.link);
     }
     return p;
 }
@@ -78,14 +90,12 @@ static const char *point_name(const path *p, int place, const char **body)
 /* The place after another one, and before it. */
 static int after(const path *p, int k)
 {
-    const int next = (k + 1) % p->rope->count;
-    return next == p->without ? (next + 1) % p->rope->count : next;
+    return kmp_rope_next(p->rope, k, 1, p->without);
 }
 
 static int before(const path *p, int k)
 {
-    const int count = p->rope->count, last = (k + count - 1) % count;
-    return last == p->without ? (last + count - 1) % count : last;
+    return kmp_rope_next(p->rope, k, -1, p->without);
 }
 
 /* The value of a condition of this path, and its number. */
@@ -121,6 +131,12 @@ static void end_span(const path *p, int k, int next, kmp_ref difference, kmp_ref
                  "rope '%s': '%s.%s' and '%s.%s' touch", p->rope->name, body[0], name[0], body[1], name[1]);
 }
 
+/* True for the path on a cylinder along which it may rise. Its lengths are those across the axis. */
+static bool is_helix(const path *p)
+{
+    return p->without < 0 && p->rope->plane >= 0 && p->rope->places[p->rope->plane].helix;
+}
+
 /* Span k of the path, from place k to the next one. */
 static span span_of(const path *p, int k)
 {
@@ -141,7 +157,7 @@ static span span_of(const path *p, int k)
     end_span(p, k, next, difference, square);
     const kmp_vec turned =
         kmp_vec_sub(g, kmp_vec_scale(g, free, d), kmp_vec_scale(g, difference, kmp_vec_cross(g, p->axis, d)));
-    return (span){kmp_sqrt(g, kmp_sub(g, all, kmp_mul(g, difference, difference))),
+    return (span){is_helix(p) ? free : kmp_sqrt(g, kmp_sub(g, all, kmp_mul(g, difference, difference))),
                   kmp_vec_scale(g, kmp_div(g, KMP_ONE, across), turned)};
 }
 
@@ -185,15 +201,6 @@ static kmp_ref wrap_at(const path *p, int k)
     return wrap_between(p, k, span_of(p, before(p, k)).along, span_of(p, k).along);
 }
 
-/* The place that a rope may leave; -1: there is none. */
-static int leaving(const kmp_rope *rope)
-{
-    for (int k = 0; k < rope->count; k++)
-        if (rope->places[k].leaves)
-            return k;
-    return -1;
-}
-
 /* 1 where the rope is off the sheave that it may leave. */
 static kmp_ref is_off(const path *p, int k)
 {
@@ -202,12 +209,12 @@ static kmp_ref is_off(const path *p, int k)
                               p->rope->name, body, name);
 }
 
-/* A value of the path that the rope has: with all sheaves, or without the one that it has left. */
-static kmp_ref on_path(const kmp_tree *tree, const kmp_rope *rope, int place,
+/* A value of the part of a path: with all sheaves, or without the one that it has left. */
+static kmp_ref on_part(const kmp_tree *tree, const kmp_rope *rope, int place,
                        kmp_ref (*value)(const path *p, int place))
 {
     kmp_graph *g = tree->graph;
-    const int k = leaving(rope);
+    const int k = kmp_rope_leaving(rope);
     path whole = path_of(tree, rope);
     if (k < 0)
         return value(&whole, place);
@@ -218,6 +225,18 @@ static kmp_ref on_path(const kmp_tree *tree, const kmp_rope *rope, int place,
     whole.holds = kmp_sub(g, KMP_ONE, off);
     const kmp_ref without = place == k ? KMP_ZERO : value(&straight, place);
     return kmp_select(g, off, without, value(&whole, place));
+}
+
+/* The sum of a value over the parts of a path (-1), or the value of a place. */
+static kmp_ref on_path(const kmp_tree *tree, const kmp_rope *rope, int place,
+                       kmp_ref (*value)(const path *p, int place))
+{
+    kmp_ref sum = KMP_ZERO;
+    kmp_rope part;
+    for (int from = 0, first = 0; kmp_rope_part(rope, &first, &part); from = first)
+        if (!rope->parts || place < 0 || (place > from && place < first))
+            sum = kmp_add(tree->graph, sum, on_part(tree, &part, place < 0 ? place : place - from, value));
+    return sum;
 }
 
 kmp_ref kmp_rope_wrap(const kmp_tree *tree, const kmp_rope *rope, int place)
@@ -348,8 +367,8 @@ static kmp_ref layer_length(const path *p, int place)
 
 /* -- lengths ------------------------------------------------------------------------------------------- */
 
-/* The length up to the arrival at a place, or of the whole path (-1). */
-static kmp_ref length_to(const path *p, int place)
+/* The length up to the arrival at a place, or of the whole path (-1); of a helix across its axis. */
+static kmp_ref length_across(const path *p, int place)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_rope *rope = p->rope;
@@ -371,6 +390,26 @@ static kmp_ref length_to(const path *p, int place)
             break;
     }
     return sum;
+}
+
+/* Along the axis, from the first place to the last one. */
+static kmp_ref rise_of(const path *p)
+{
+    const int last = p->rope->count - 1;
+    return kmp_vec_dot(p->tree->graph, p->axis,
+                       kmp_vec_sub(p->tree->graph, kmp_point_position(p->tree, p->rope->places[last].point, p->link),
+                                   kmp_point_position(p->tree, p->rope->places[0].point, p->link)));
+}
+
+/* A helix on the cylinder and its tangents are a straight line where the cylinder is unrolled. */
+static kmp_ref length_to(const path *p, int place)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_ref length = length_across(p, place);
+    if (!is_helix(p))
+        return length;
+    const kmp_ref rise = rise_of(p);
+    return kmp_sqrt(g, kmp_add(g, kmp_mul(g, length, length), kmp_mul(g, rise, rise)));
 }
 
 kmp_ref kmp_rope_length(const kmp_tree *tree, const kmp_rope *rope)
@@ -500,8 +539,11 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
 
 kmp_ref kmp_rope_tension(const kmp_tree *tree, const kmp_rope *rope)
 {
+    const int force = kmp_name_find(KMP_NAMED(tree->model, force), rope->name);
     if (rope->kind == KMP_ROPE_ELASTIC)
         return kmp_bearing_load_measure(tree, KMP_MEASURE_NORMAL, rope->name);
+    if (rope->kind == KMP_ROPE_LAW)
+        return force < 0 ? KMP_ZERO : kmp_neg(kmp_tree_expression(tree, tree->model->forces[force].effort));
     return kmp_tree_multiplier(tree, kmp_name_find(KMP_NAMED(tree->model, closure), rope->name), 0);
 }
 
@@ -512,7 +554,13 @@ static void end_on(const path *p, bool last, kmp_vec *place, kmp_vec *along)
 {
     kmp_graph *g = p->tree->graph;
     const int k = last ? p->rope->count - 1 : 0;
-    const kmp_vec out = span_of(p, last ? before(p, k) : 0).along;
+    kmp_vec out = span_of(p, last ? before(p, k) : 0).along;
+    if (is_helix(p)) {
+        const kmp_ref over = kmp_div(g, KMP_ONE, length_to(p, -1));
+        out = kmp_vec_scale(
+            g, over,
+            kmp_vec_add(g, kmp_vec_scale(g, length_across(p, -1), out), kmp_vec_scale(g, rise_of(p), p->axis)));
+    }
     *along = kmp_link_direction(p->tree, p->link, last ? kmp_vec_sub(g, kmp_vec_zero(), out) : out, 0);
     *place = kmp_point_position(p->tree, p->rope->places[k].point, 0);
     if (p->rope->places[k].turn == 0)
@@ -523,8 +571,11 @@ static void end_on(const path *p, bool last, kmp_vec *place, kmp_vec *along)
 
 void kmp_rope_end(const kmp_tree *tree, const kmp_rope *rope, bool last, kmp_vec *place, kmp_vec *along)
 {
-    const int k = leaving(rope);
-    path whole = path_of(tree, rope);
+    kmp_rope part = *rope;
+    for (int first = 0; kmp_rope_part(rope, &first, &part) && last;)
+        ;
+    const int k = kmp_rope_leaving(&part);
+    path whole = path_of(tree, &part);
     kmp_vec other[2];
     end_on(&whole, last, place, along);
     if (k < 0)

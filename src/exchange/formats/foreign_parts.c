@@ -392,7 +392,8 @@ void kmp_import_friction(kmp_import *im, const kmp_element *from, const char *jo
                          slides ? "force" : "torque", level);
 }
 
-void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *joint, double lower, double upper)
+void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *name, const char *length, double lower,
+                       double upper)
 {
     static const char *const words[2] = {"lower", "upper"};
     const double limit[2] = {lower, upper};
@@ -407,10 +408,16 @@ void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *join
         if (isinf(limit[k]))
             continue;
         kmp_yaml *map = kmp_import_map(im, from->place);
-        kmp_import_word(im, map, from->place, "joint", joint);
-        kmp_import_value(im, map, from->place, words[k], limit[k]);
+        if (length) {
+            kmp_import_word(im, map, from->place, "gap",
+                            k == 0 ? kmp_arena_printf(im->arena, "%s - %.17g", length, limit[k])
+                                   : kmp_arena_printf(im->arena, "%.17g - (%s)", limit[k], length));
+        } else {
+            kmp_import_word(im, map, from->place, "joint", name);
+            kmp_import_value(im, map, from->place, words[k], limit[k]);
+        }
         kmp_import_word(im, map, from->place, "restitution", "0");
-        kmp_import_add(im, "contacts", from, kmp_arena_printf(im->arena, "%s_%s", joint, words[k]), map);
+        kmp_import_add(im, "contacts", from, kmp_arena_printf(im->arena, "%s_%s", name, words[k]), map);
     }
 }
 

@@ -52,9 +52,11 @@ void kmp_import_spring(kmp_import *im, const kmp_element *from, const char *join
 /** Dry friction that sticks, of a joint with one coordinate, as the force JOINT_friction: nothing when it is zero. */
 void kmp_import_friction(kmp_import *im, const kmp_element *from, const char *joint, bool slides, double level);
 
-/** The limits of a joint with one coordinate: stops JOINT_lower and JOINT_upper where limits of joints are asked for,
- * otherwise they are named as not used. Infinite ones, and a range without width, are none. */
-void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *joint, double lower, double upper);
+/** The limits of a joint with one coordinate, or of a length as an expression: stops NAME_lower and NAME_upper where
+ * limits of joints are asked for, otherwise they are named as not used. Infinite ones, and a range without width, are
+ * none. */
+void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *name, const char *length, double lower,
+                       double upper);
 
 /** A coupler: the sum of factor[k] q(joint[k]) equals a number. */
 void kmp_import_coupler(kmp_import *im, const kmp_element *from, const char *name, int count, const char *const *joint,

@@ -44,6 +44,16 @@ typedef struct kmp_mjcf_site {
     struct kmp_mjcf_site *next;
 } kmp_mjcf_site;
 
+/** A geom with a name, around which a tendon may lie if it is a sphere or a cylinder. */
+typedef struct kmp_mjcf_geom {
+    const char *name, *body; /* in the file; the body in Kempe */
+    const char *point;       /* BODY.POINT with its axes; NULL: no tendon has used it */
+    bool ball, cylinder;
+    double radius;
+    kmp_pose frame, world; /* in the body; at the reference coordinates */
+    struct kmp_mjcf_geom *next;
+} kmp_mjcf_geom;
+
 /** Names that are taken. */
 typedef struct kmp_mjcf_names {
     const char **list;
@@ -57,6 +67,7 @@ typedef struct kmp_mjcf {
     kmp_mjcf_body world, *bodies, *last_body;
     kmp_mjcf_joint *joints, *last_joint;
     kmp_mjcf_site *sites;
+    kmp_mjcf_geom *geoms;
     kmp_mjcf_names body_names, joint_names;
     int body_count;
     double angle; /* rad: unit of angles */

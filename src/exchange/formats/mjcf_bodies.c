@@ -170,7 +170,7 @@ static void add_range(kmp_mjcf *m, const kmp_mjcf_item *item, const kmp_mjcf_joi
     bool given = kmp_mjcf_numbers(m, item, "range", 2, 2, range) > 0;
     bool counts = limited && strcmp(limited, "auto") != 0 ? kmp_mjcf_flag(m, item, "limited", false) : m->ranges_count;
     if (j->single && given && counts && m->has_limits)
-        kmp_import_limits(m->im, item->own, j->own, unit * range[0], unit * range[1]);
+        kmp_import_limits(m->im, item->own, j->own, NULL, unit * range[0], unit * range[1]);
 }
 
 static void put_start(kmp_import *im, kmp_place place, const char *joint, double reference)
@@ -506,12 +506,37 @@ static void add_solid(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p, con
         kmp_import_value(im, shape, item->own->place, key, matter);
 }
 
+/* A geom that a tendon may name. */
+static void keep_geom(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p, const kmp_mjcf_item *item, int kind)
+{
+    const char *name = kmp_element_text(p->element, "name");
+    kmp_mjcf_geom *g = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_geom, 1) : NULL;
+    double size[3] = {0};
+    if (!g)
+        return;
+    const bool solid = !kmp_mjcf_text(item, "mesh");
+    *g = (kmp_mjcf_geom){.name = name,
+                         .body = body->own,
+                         .ball = solid && geoms[kind].solid == KMP_SOLID_SPHERE,
+                         .cylinder = solid && geoms[kind].solid == KMP_SOLID_CYLINDER,
+                         .next = m->geoms};
+    kmp_pose f = kmp_mjcf_pose(m, item);
+    kmp_mjcf_numbers(m, item, "size", 1, 3, size);
+    if (g->cylinder)
+        put_between(m, item, geoms[kind].solid, &f, size);
+    g->radius = size[0];
+    g->frame = kmp_frame_in(&p->frame, &f);
+    g->world = kmp_frame_in(&body->world, &g->frame);
+    m->geoms = g;
+}
+
 static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p, weights *w)
 {
     const kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
     int k = kind_of(m, &item);
     if (k == GEOMS)
         return;
+    keep_geom(m, body, p, &item, k);
     heavy = heavy && gives_mass(m, body, &item, k);
     bool drawn = kmp_mjcf_number(m, &item, "group", 0) < GROUPS_DRAWN;
     if (is_mesh(&item)) {

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equalities of MJCF as closures. A coupling without positions keeps the positions of the file: the frames of the
- * bodies at the reference coordinates. A fixed tendon is a linear form of coordinates, a spatial one a rope through
- * sites. An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
+ * bodies at the reference coordinates. A fixed tendon is a linear form of coordinates, a spatial one a rope.
+ * An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
 #include "exchange/formats/mjcf_couplings.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/mjcf_bodies.h"
+#include "exchange/formats/mjcf_tendons.h"
 #include <math.h>
 #include <string.h>
 
@@ -96,21 +97,10 @@ static const kmp_mjcf_body *body_of(kmp_mjcf *m, const kmp_mjcf_item *item, cons
     return name ? kmp_mjcf_body_of(m, item->own, name) : NULL;
 }
 
-/* The site of a name; NULL after a complaint. */
-static const kmp_mjcf_site *site_named(kmp_mjcf *m, const kmp_element *from, const char *name)
-{
-    const kmp_mjcf_site *s = m->sites;
-    while (s && strcmp(s->name, name) != 0)
-        s = s->next;
-    if (!s)
-        kmp_import_complain(m->im, from->place, "the site", name, "does not exist");
-    return s;
-}
-
 static const char *site_of(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key)
 {
     const char *name = kmp_mjcf_text(item, key);
-    const kmp_mjcf_site *s = name ? site_named(m, item->own, name) : NULL;
+    const kmp_mjcf_site *s = name ? kmp_mjcf_site_of(m, item->own, name) : NULL;
     if (!name)
         kmp_import_complain(m->im, item->own->place, "attribute", key, "is missing here");
     return s ? s->point : NULL;
@@ -242,10 +232,11 @@ void kmp_mjcf_add_equalities(kmp_mjcf *m)
 
 /* -- transmissions ------------------------------------------------------------------------------------- */
 
-/* The place of a force: a form, or a rope through points. Its length and rate as expressions. */
+/* The place of a force: a form, a rope through points, or a path over geoms. Its length and rate as expressions. */
 typedef struct transmission {
     form form;
-    kmp_yaml *points; /* of a rope; NULL: the form */
+    kmp_yaml *points; /* of a rope; NULL: another place */
+    const char *path; /* the length of a path as an expression; NULL: another place */
     double rest;      /* the length where the springs of joints are at rest */
     const char *length, *rate;
 } transmission;
@@ -258,11 +249,9 @@ static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
     t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
     for (const kmp_element *e = tendon->first; e; e = e->next) {
         const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
-        if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
-            return false; /* it is named as not read */
         if (!name)
             continue;
-        const kmp_mjcf_site *s = site_named(m, e, name);
+        const kmp_mjcf_site *s = kmp_mjcf_site_of(m, e, name);
         if (!s)
             return false;
         if (last)
@@ -276,10 +265,17 @@ static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
     return t->points && t->points->count > 1;
 }
 
-static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+/* `name`: of the tendon in Kempe. */
+static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon, const char *name)
 {
-    if (!is_fixed(tendon))
+    if (!is_fixed(tendon) && !kmp_mjcf_is_wrapped(tendon))
         return add_sites(m, t, tendon);
+    if (!is_fixed(tendon)) {
+        t->path = kmp_mjcf_add_path(m, tendon, name, &t->rest);
+        t->length = "distance";
+        t->rate = "rate";
+        return t->path;
+    }
     kmp_text length = {0}, rate = {0};
     add_joints(m, &t->form, tendon);
     put_form(&length, &t->form, "q");
@@ -295,10 +291,14 @@ static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, co
                       const char *law)
 {
     kmp_import *im = m->im;
-    if (t->points) {
+    if (t->points || t->path) {
         kmp_yaml *map = kmp_import_map(im, from->place);
-        kmp_import_put(im, map, from->place, "line", t->points);
-        kmp_import_word(im, map, from->place, "force", kmp_arena_printf(im->arena, "%.17g*(%s)", 0 - gear, law));
+        if (t->points)
+            kmp_import_put(im, map, from->place, "line", t->points);
+        else
+            kmp_import_word(im, map, from->place, "sliding", t->path);
+        kmp_import_word(im, map, from->place, "force",
+                        kmp_arena_printf(im->arena, "%.17g*(%s)", t->points ? 0 - gear : gear, law));
         kmp_import_add(im, "forces", from, name, map);
         return;
     }
@@ -321,7 +321,7 @@ static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, co
 /* The length of a tendon whose spring has none. The bodies are known only at the references of their joints. */
 static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t)
 {
-    for (const kmp_mjcf_joint *j = t->points ? m->joints : NULL; j; j = j->next)
+    for (const kmp_mjcf_joint *j = t->points || t->path ? m->joints : NULL; j; j = j->next)
         if (j->single && j->rest != j->reference) {
             kmp_import_complain(m->im, e->place, "the tendon", name,
                                 "has no springlength, and springs of joints rest at other places than 'ref': give it");
@@ -345,18 +345,28 @@ static const char *spring_law(kmp_mjcf *m, const transmission *t, double stiffne
     return kmp_text_keep(&law, m->im->arena);
 }
 
-/* Dry friction against the rate of the length. */
-static void add_friction(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t, double level)
+/* The length as an expression of the whole model. */
+static const char *whole_length(kmp_mjcf *m, const transmission *t)
 {
-    kmp_import *im = m->im;
     kmp_text length = {0};
     for (int k = 0; t->points && k + 1 < t->points->count; k++)
         kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t->points->items[k]->text,
                         t->points->items[k + 1]->text);
-    const char *slides = t->points ? kmp_text_keep(&length, im->arena) : t->length;
+    return t->path ? t->path : t->points ? kmp_text_keep(&length, m->im->arena) : t->length;
+}
+
+static bool is_length(const transmission *t)
+{
+    return t->points || t->path || t->form.slides;
+}
+
+/* Dry friction against the rate of the length. */
+static void add_friction(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t, double level)
+{
+    kmp_import *im = m->im;
     kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
-    kmp_import_word(im, map, e->place, "sliding", slides);
-    kmp_import_value(im, law, e->place, t->points || t->form.slides ? "force" : "torque", level);
+    kmp_import_word(im, map, e->place, "sliding", whole_length(m, t));
+    kmp_import_value(im, law, e->place, is_length(t) ? "force" : "torque", level);
     kmp_import_put(im, map, e->place, "friction", law);
     kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
 }
@@ -367,14 +377,17 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
     const kmp_mjcf_item item = kmp_mjcf_take(m, e, "tendon", NULL);
     const char *own = kmp_element_text(e, "name"), *limited = kmp_mjcf_text(&item, "limited"),
                *name = own ? kmp_import_clean(im, own) : kmp_arena_printf(im->arena, "tendon_%d", number);
-    double stiffness = m->has_springs ? kmp_mjcf_number(m, &item, "stiffness", 0) : 0,
+    double range[2] = {0}, stiffness = m->has_springs ? kmp_mjcf_number(m, &item, "stiffness", 0) : 0,
            damping = m->has_dampers ? kmp_mjcf_number(m, &item, "damping", 0) : 0,
            friction = m->has_friction ? kmp_mjcf_number(m, &item, "frictionloss", 0) : 0, rest[2] = {-1, -1};
     transmission t = {.points = NULL};
-    if (m->has_limits && kmp_mjcf_text(&item, "range") && !(limited && strcmp(limited, "false") == 0))
-        kmp_import_leave_out(im, e->place, KMP_PART_AT_TIMES, "range", "the limits of tendon '%s' are not used", name);
-    if ((stiffness == 0 && damping == 0 && friction == 0) || !take_tendon(m, &t, e))
+    const bool limits =
+        m->has_limits && kmp_mjcf_numbers(m, &item, "range", 2, 2, range) == 2 &&
+        (limited && strcmp(limited, "auto") != 0 ? kmp_mjcf_flag(m, &item, "limited", false) : m->ranges_count);
+    if ((stiffness == 0 && damping == 0 && friction == 0 && !limits) || !take_tendon(m, &t, e, name))
         return;
+    if (limits)
+        kmp_import_limits(im, e, name, whole_length(m, &t), range[0], range[1]);
     if (kmp_mjcf_numbers(m, &item, "springlength", 1, 2, rest) == 1)
         rest[1] = rest[0];
     if (rest[0] < 0)
@@ -495,7 +508,7 @@ static bool take_transmission(kmp_mjcf *m, const kmp_mjcf_item *item, transmissi
         return t->length && t->rate;
     }
     const kmp_element *e = !joint && tendon ? tendon_named(m, item->own, tendon) : NULL;
-    return e && take_tendon(m, t, e);
+    return e && take_tendon(m, t, e, kmp_import_clean(m->im, tendon));
 }
 
 static void add_actuator(kmp_mjcf *m, const kmp_element *e)
@@ -519,12 +532,12 @@ static void add_actuator(kmp_mjcf *m, const kmp_element *e)
         return;
     }
     kmp_mjcf_numbers(m, &item, "gear", 1, 6, gear);
-    const char *moved = t.points || !t.form.joint ? "tendon" : t.form.joint[0],
+    const char *moved = !t.form.joint ? "tendon" : t.form.joint[0],
                *name = given ? kmp_import_clean(im, given) : kmp_arena_printf(im->arena, "%s_%s", moved, e->name),
                *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
     kmp_yaml *map = kmp_import_map(im, e->place);
     if (motor)
-        kmp_import_word(im, map, e->place, "unit", t.points || t.form.slides ? "N" : "N*m");
+        kmp_import_word(im, map, e->place, "unit", is_length(&t) ? "N" : "N*m");
     kmp_import_add(im, "inputs", e, input, map);
     add_force(m, e, name, &t, gear[0], law_of(m, &item, &a, &t, gear[0], input));
 }

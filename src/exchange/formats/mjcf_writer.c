@@ -2,9 +2,14 @@
 /* A model in MJCF, the format of MuJoCo. A body has all motions of its chain as joints. Loops are equalities between
  * sites, which MuJoCo keeps by soft forces: a hinge is two points of its axis. */
 #include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/mjcf.h"
 #include "exchange/formats/written_tree.h"
+#include "linalg/dense/dot.h"
+#include "linalg/dense/three.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
+#include "model/language/expression_value.h"
 
 static void put_place(kmp_text *text, const kmp_pose *f)
 {
@@ -134,6 +139,135 @@ static void put_sites(const kmp_export *w, int link, int depth)
     }
 }
 
+/* -- tendons ------------------------------------------------------------------------------------------- */
+
+/* True for a rope that only pulls, or is a path, over points, spheres and smooth cylinders: MuJoCo's tendon. */
+static bool has_tendon(const kmp_rope *rope)
+{
+    bool has = !rope->closed && rope->kind != KMP_ROPE_TAUT && !rope->damped &&
+               (!rope->length || kmp_expr_is_constant(rope->length));
+    for (int k = 0; k < rope->count; k++)
+        has = has && (rope->places[k].turn == 0 || rope->places[k].ball || rope->places[k].helix);
+    return has;
+}
+
+/* The side of a cylinder on which the rope lies at the start: to the right of a way that turns left; in the link. */
+static void find_side(kmp_export *w, const kmp_rope *rope, int k, double side[3])
+{
+    const kempe_model *model = w->model;
+    kmp_pose pose[3], *poses = KMP_ARENA_NEW(&w->arena, kmp_pose, model->body_count);
+    double *q = KMP_ARENA_NEW(&w->arena, double, model->motion_count + 1), along[3], own[3], left[3];
+    if (!poses || !q)
+        return;
+    for (int i = 0; i < model->motion_count; i++)
+        q[i] = model->start.q[i].value;
+    kmp_pose_all(model, q, poses);
+    for (int i = 0; i < 3; i++)
+        kmp_pose_of_point(model, poses, q, rope->places[k + i - 1].point, &pose[i]);
+    for (int i = 0; i < 3; i++)
+        along[i] = pose[2].p[i] - pose[0].p[i];
+    for (int i = 0; i < 3; i++)
+        own[i] = pose[1].r[0][i] * along[0] + pose[1].r[1][i] * along[1] + pose[1].r[2][i] * along[2];
+    const double axis[3] = {rope->places[k].axis == 0, rope->places[k].axis == 1, rope->places[k].axis == 2};
+    kmp_cross3(axis, own, left);
+    const kmp_pose f = kmp_export_point(w, rope->places[k].point);
+    const double far = -2 * rope->places[k].turn * rope->places[k].radius.value / sqrt(kmp_dot(3, left, left));
+    kmp_frame_vector(&f, left, side);
+    for (int i = 0; i < 3; i++)
+        side[i] = f.p[i] + far * side[i];
+}
+
+static void put_tendon_name(kmp_text *text, const kmp_rope *rope, int k, const char *end)
+{
+    kmp_text_put(text, "\"tendon_");
+    kmp_export_name(text, rope->name);
+    kmp_text_printf(text, "_%d%s\"", k + 1, end);
+}
+
+/* Sites and geoms of a rope on a link. */
+static void put_tendon_places(kmp_export *w, const kmp_rope *rope, int link, int depth)
+{
+    for (int k = 0; k < rope->count; k++) {
+        const kmp_rope_place *place = &rope->places[k];
+        kmp_pose f = kmp_export_point(w, place->point);
+        const double axis[3] = {place->axis == 0, place->axis == 1, place->axis == 2};
+        double size[2] = {place->radius.value, place->radius.value}, z[3];
+        if (w->of_body[w->model->points[place->point].body] != link)
+            continue;
+        if (place->helix && place->axis != 2) {
+            kmp_frame_vector(&f, axis, z);
+            (void)kmp_mjcf_along(z, f.r);
+        }
+        indent(w->text, depth);
+        kmp_text_put(w->text, place->turn == 0 ? "<site name=" : "<geom contype=\"0\" conaffinity=\"0\" name=");
+        put_tendon_name(w->text, rope, k, "");
+        put_place(w->text, &f);
+        if (place->turn != 0) {
+            kmp_text_printf(w->text, " type=\"%s\"", place->ball ? "sphere" : "cylinder");
+            kmp_export_attribute(w->text, "size", place->ball ? 1 : 2, size);
+        }
+        kmp_text_put(w->text, "/>\n");
+        if (!place->helix)
+            continue;
+        find_side(w, rope, k, z);
+        indent(w->text, depth);
+        kmp_text_put(w->text, "<site name=");
+        put_tendon_name(w->text, rope, k, "_side");
+        kmp_export_attribute(w->text, "pos", 3, z);
+        kmp_text_put(w->text, "/>\n");
+    }
+}
+
+/* An inextensible rope has a limit, an elastic one a spring that only pulls. */
+static void put_tendon(kmp_export *w, const kmp_rope *rope)
+{
+    double law[2] = {0, rope->at_start}, stiffness = rope->stiffness.value;
+    const double preload = rope->preload.value / (rope->kind == KMP_ROPE_ELASTIC ? stiffness : 1);
+    const int force = kmp_name_find(KMP_NAMED(w->model, force), rope->name);
+    kmp_text_put(w->text, "    <spatial name=\"");
+    kmp_export_name(w->text, rope->name);
+    kmp_text_put(w->text, "\"");
+    if (rope->kind == KMP_ROPE_ELASTIC) {
+        law[1] = rope->length ? law[1] : rope->axial ? law[1] / (1 + preload) : law[1] - preload;
+        stiffness /= rope->axial ? law[1] : 1;
+        kmp_export_attribute(w->text, "stiffness", 1, &stiffness);
+        kmp_export_attribute(w->text, "springlength", 2, law);
+    } else if (rope->kind == KMP_ROPE_PULLS) {
+        kmp_export_attribute(w->text, "range", 2, law);
+        kmp_text_put(w->text, " limited=\"true\"");
+    }
+    kmp_text_put(w->text, ">\n");
+    for (int k = 0; k < rope->count; k++) {
+        const bool round = rope->places[k].turn != 0;
+        kmp_text_put(w->text, round ? "      <geom geom=" : "      <site site=");
+        put_tendon_name(w->text, rope, k, "");
+        if (rope->places[k].helix) {
+            kmp_text_put(w->text, " sidesite=");
+            put_tendon_name(w->text, rope, k, "_side");
+        }
+        kmp_text_put(w->text, "/>\n");
+    }
+    kmp_text_put(w->text, "    </spatial>\n");
+    if (force >= 0 && rope->kind != KMP_ROPE_LAW)
+        w->said_force[force] = true;
+}
+
+static void put_tendons(kmp_export *w)
+{
+    bool any = false;
+    for (int k = 0; k < w->model->rope_count; k++) {
+        w->said_rope[k] = has_tendon(&w->model->ropes[k]);
+        if (!w->said_rope[k])
+            continue;
+        kmp_text_put(w->text, any ? "" : "  <tendon>\n");
+        put_tendon(w, &w->model->ropes[k]);
+        any = true;
+    }
+    kmp_text_put(w->text, any ? "  </tendon>\n" : "");
+}
+
+/* -- the whole ----------------------------------------------------------------------------------------- */
+
 /* Points that no joint and no loop ends at. */
 static void put_points(kmp_export *w, int link, int depth)
 {
@@ -154,6 +288,9 @@ static void put_parts(kmp_export *w, int link, int depth)
     put_pictures(w, link, depth);
     put_sites(w, link, depth);
     put_points(w, link, depth);
+    for (int k = 0; k < w->model->rope_count; k++)
+        if (has_tendon(&w->model->ropes[k]))
+            put_tendon_places(w, &w->model->ropes[k], link, depth);
 }
 
 /* All bodies, each inside the one that carries it. One has the motions of all links of its chain. */
@@ -245,5 +382,7 @@ void kmp_mjcf_write(kmp_export *w)
     put_bodies(w);
     kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
     put_equalities(w);
-    kmp_text_put(w->text, "  </equality>\n</mujoco>\n");
+    kmp_text_put(w->text, "  </equality>\n");
+    put_tendons(w);
+    kmp_text_put(w->text, "</mujoco>\n");
 }

@@ -302,7 +302,7 @@ static void add_limits(kmp_sdf *s, joint *j, int k)
             bound[side] = side == 0 ? -INFINITY : INFINITY;
     }
     bool needed = j->needed || kmp_context_has_limits(s->im->context); /* then it is not cut */
-    kmp_import_limits(s->im, limit, coordinate_of(s, j, motion_of(j, k)), bound[0], bound[1]);
+    kmp_import_limits(s->im, limit, coordinate_of(s, j, motion_of(j, k)), NULL, bound[0], bound[1]);
     j->needed = needed;
 }
 

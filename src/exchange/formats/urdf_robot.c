@@ -243,7 +243,7 @@ static void add_limits(kmp_import *im, const joint *j)
 {
     const kmp_element *limit = kmp_element_find(j->element, "limit");
     if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
-        kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
+        kmp_import_limits(im, limit, j->name, NULL, kmp_import_read_number(im, limit, "lower", 0),
                           kmp_import_read_number(im, limit, "upper", 0));
 }
 

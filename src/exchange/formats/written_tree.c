@@ -5,6 +5,7 @@
 #include "exchange/formats/importing.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
 #include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
@@ -339,8 +340,12 @@ static void leave_out_parts(kmp_export *w)
             kmp_export_leave_out(w, "loop '%s' is not written: %s has no closure of kind '%s' as it is here",
                                  model->closures[k].name, w->format, kmp_closure_word(&model->closures[k]));
     for (int k = 0; k < model->force_count; k++)
-        if (!take_force(w, &model->forces[k]))
+        if (!w->said_force[k] && !take_force(w, &model->forces[k]))
             kmp_export_leave_out(w, "force '%s' is not written: %s has no such force", model->forces[k].name,
+                                 w->format);
+    for (int k = 0; k < model->rope_count; k++)
+        if (!w->said_rope[k])
+            kmp_export_leave_out(w, "the path of rope '%s' is not written: %s has no such path", model->ropes[k].name,
                                  w->format);
     for (int k = 0; k < model->wheel_count; k++)
         kmp_export_leave_out(w, "wheel '%s' is not written: %s has no wheels on rails", model->wheels[k].name,
@@ -373,7 +378,8 @@ static kempe_status write(kmp_export *w, void (*function)(kmp_export *w))
     if (!KMP_ARENA_MAKE(
             &w->arena, KMP_ROOM(kmp_writer_link, room, &w->links), KMP_ROOM(int, model->body_count, &w->of_body),
             KMP_ROOM(kmp_pose, model->body_count, &w->in_link), KMP_ROOM(int, model->motion_count + 1, &w->of_motion),
-            KMP_ROOM(bool, model->closure_count + 1, &w->said),
+            KMP_ROOM(bool, model->closure_count + 1, &w->said), KMP_ROOM(bool, model->force_count + 1, &w->said_force),
+            KMP_ROOM(bool, model->rope_count + 1, &w->said_rope),
             KMP_ROOM(const char *, model->point_count + 1, &w->point_name)))
         return kmp_fail_memory(model->context);
     for (int k = 0; k < model->motion_count; k++)

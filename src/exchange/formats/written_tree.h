@@ -43,6 +43,7 @@ typedef struct kmp_export {
     kmp_pose *in_link; /* the frame of a body in the frame of its link */
     int *of_motion;    /* the link that a coordinate moves, -1: the coordinate of a free body */
     bool *said;        /* of a closure: it is written */
+    bool *said_force, *said_rope;
     const char **point_name;
     int drawn; /* shapes that are written */
     kempe_status status;

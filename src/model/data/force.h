@@ -24,7 +24,7 @@ typedef struct kmp_force {
     kmp_force_kind kind;
     kmp_place place;
     int motion;                /* -1 when it acts on no joint */
-    const kmp_expr *effort;    /* JOINT, LINE, TORSION: N m or N */
+    const kmp_expr *effort;    /* JOINT, LINE, TORSION, ALONG: N m or N */
     const kmp_expr *vector[3]; /* POINT, BODY: ground axes; CYLINDER: two pressures */
     int point[2], body;
     const int *through; /* LINE: the points between its ends, through which it runs */
@@ -36,17 +36,17 @@ typedef struct kmp_force {
         preload[3];                    /* BUSHING: axes of the first point */
     struct kmp_bushing_matrix *matrix; /* BUSHING: in place of the numbers but the preload; NULL: none */
     bool has_lower, has_upper;
-    bool has_speed, has_static; /* FRICTION: regularised; a static level */
-    bool has_regularise;        /* FRICTION that sticks: it is regularised where no modes or several are possible */
-    kmp_number regularise;      /* its speed then */
-    kmp_number holding;         /* FRICTION: the static level */
-    const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
-    bool turns;                 /* an angle */
-    const kmp_expr *holding_effort;    /* as an expression, like `effort` for the level; NULL: a number */
-    int closure;                       /* FRICTION that sticks, TOUCH: of its row */
-    kmp_contact_pair touch;            /* TOUCH: what touches what */
-    kmp_number restitution;            /* TOUCH */
-    bool thread;                       /* FRICTION: of a screw; its levels follow the load of its coupling */
+    bool has_speed, has_static;     /* FRICTION: regularised; a static level */
+    bool has_regularise;            /* FRICTION that sticks: it is regularised where no modes or several are possible */
+    kmp_number regularise;          /* its speed then */
+    kmp_number holding;             /* FRICTION: the static level */
+    const kmp_expr *sliding;        /* ALONG, FRICTION without a coordinate: a length or an angle along which it acts */
+    bool turns;                     /* an angle */
+    const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
+    int closure;                    /* FRICTION that sticks, TOUCH: of its row */
+    kmp_contact_pair touch;         /* TOUCH: what touches what */
+    kmp_number restitution;         /* TOUCH */
+    bool thread;                    /* FRICTION: of a screw; its levels follow the load of its coupling */
     double lead_angle, friction_angle; /* of it, rad; the second at rest, NaN unless it is constant */
     int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
     int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both

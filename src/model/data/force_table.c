@@ -55,7 +55,7 @@ const char *kmp_force_key(const kempe_model *model, const kmp_force *force, cons
 
 bool kmp_force_is_between(kmp_force_kind kind)
 {
-    static const char *const others[] = {"joint", "at", "on", "wheel", "tyre", "contact", "state"};
+    static const char *const others[] = {"joint", "at", "on", "sliding", "wheel", "tyre", "contact", "state"};
     return kmp_name_find(KMP_NAMES_OF(others), kmp_force_rows[kind].place) < 0;
 }
 

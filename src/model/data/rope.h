@@ -20,7 +20,9 @@ typedef struct kmp_rope_place {
     int turn;    /* 1: the rope turns to the left as seen against the axis of the rope, -1: right; 0: a point */
     int axis;    /* of a turn: of its point's axes */
     bool drum;   /* the rope ends on it */
-    bool leaves; /* the rope may leave this sheave and meet it again; one place of a rope */
+    bool leaves; /* the rope may leave this sheave and meet it again; one place of a part */
+    bool ball;   /* a sphere between two points, whose plane has them: its turn is to the left about that plane */
+    bool helix;  /* a cylinder between two points, on which the rope may rise along the axis */
     bool turns;  /* its rotation counts */
     int carrier; /* body */
     int turning_count;
@@ -32,19 +34,23 @@ typedef struct kmp_rope_place {
     double wound;                  /* with layers: this angle at the start */
 } kmp_rope_place;
 
-/** A rope is held taut by a closure, by a rigid contact of its slack, or by a contact with a law of its slack. */
-typedef enum kmp_rope_kind { KMP_ROPE_TAUT, KMP_ROPE_PULLS, KMP_ROPE_ELASTIC } kmp_rope_kind;
+/** A rope is held taut by a closure, by a rigid contact of its slack, or by a contact with a law of its slack; or it
+ * has a force along its path. */
+typedef enum kmp_rope_kind { KMP_ROPE_TAUT, KMP_ROPE_PULLS, KMP_ROPE_ELASTIC, KMP_ROPE_LAW } kmp_rope_kind;
 
 typedef struct kmp_rope {
     const char *name; /* of its element, too */
     kmp_place place;
     kmp_rope_kind kind;
     bool closed;            /* it returns to its first place */
+    bool parts;             /* each part between two points has its own plane */
     int plane;              /* the first place with a turn, whose axis the rope has; -1: it has only points */
     const kmp_expr *length; /* its free length, of t; NULL: as at the start */
     bool axial;             /* the stiffness is E A in N, otherwise N/m of the whole rope */
     kmp_number stiffness;   /* 0: inextensible */
     kmp_number preload;     /* N, at the start */
+    bool damped;            /* an elastic one */
+    double at_start;        /* its length then: of the path, or free */
     int count;
     kmp_rope_place *places;
 } kmp_rope;
@@ -61,11 +67,33 @@ static inline bool kmp_rope_is_belt(const kmp_rope *rope)
     return rope->places[0].drum && rope->places[rope->count - 1].drum;
 }
 
+/** The place that a part of a rope may leave; -1: there is none. */
+static inline int kmp_rope_leaving(const kmp_rope *rope)
+{
+    int k = rope->count - 1;
+    while (k >= 0 && !rope->places[k].leaves)
+        k--;
+    return k;
+}
+
+/** The next place, or with the step -1 the one before. A place that the rope is off (-1: none) does not count. */
+static inline int kmp_rope_next(const kmp_rope *rope, int k, int step, int without)
+{
+    do
+        k = (k + rope->count + step) % rope->count;
+    while (k == without);
+    return k;
+}
+
 /** The number of spans. Span k is from place k to the next one. */
 static inline int kmp_rope_spans(const kmp_rope *rope)
 {
     return rope->closed ? rope->count : rope->count - 1;
 }
+
+/** The part of a path from the place *first on, which becomes the end of the part: the whole path, or up to the next
+ * point. False: none is left. */
+bool kmp_rope_part(const kmp_rope *rope, int *first, kmp_rope *part);
 
 /** Words of the log for a contact, for the beginning of its pressure, and for the end. */
 typedef struct kmp_contact_words {

@@ -310,6 +310,8 @@ static const kmp_expr *make_tension(kmp_parser *p, const char *where, const kmp_
         const kmp_measure_argument of = {.point = -1, .axis = -1, .name = name};
         return kmp_expr_measure(p->scope->arena, KMP_MEASURE_NORMAL, 1, &of);
     }
+    if (closure == -3)
+        return kmp_parse_complain(p, where, "tension of rope '%s' is its 'force': an expression has that law", name);
     if (closure < 0 || !p->scope->closure)
         return kmp_parse_complain(p, where,
                                   "tension of rope '%s' is not allowed here: of an inextensible rope it is a "

@@ -137,6 +137,8 @@ bool kmp_force_has_load(const kmp_force *force)
 static bool is_loaded(const kempe_model *model, int force)
 {
     bool wheel = false;
+    if (force < 0) /* a path without a force */
+        return false;
     for (int k = 0; k < model->wheel_count; k++)
         wheel = wheel || (model->wheels[k].force == force && model->wheels[k].form == KMP_CONTACT_RIGID);
     return wheel || kmp_force_has_modes(&model->forces[force]) || kmp_force_lambda(&model->forces[force]);
@@ -172,7 +174,9 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     case KMP_OUTPUT_GUIDANCE:
         return model->wheels[output->index].form == KMP_CONTACT_RIGID;
     case KMP_OUTPUT_TENSION:
-        return model->ropes[output->index].kind != KMP_ROPE_ELASTIC;
+        return model->ropes[output->index].kind == KMP_ROPE_LAW
+                   ? is_loaded(model, kmp_name_find(KMP_NAMED(model, force), model->ropes[output->index].name))
+                   : model->ropes[output->index].kind != KMP_ROPE_ELASTIC;
     case KMP_OUTPUT_SENSOR:
         return kmp_expr_lambda(model->sensors[output->index].expr);
     default:

@@ -65,8 +65,11 @@ static void complain_words(const element *e, const char *place, int found)
 static int find_kind(const element *e, const char *place)
 {
     int kind = -1, found = 0;
-    if (strcmp(place, "sliding") == 0)
-        return kmp_read_required(e->r, e->map, e->what, "friction") ? KMP_FORCE_FRICTION : -1;
+    if (strcmp(place, "sliding") == 0) {
+        static const char *const words[] = {"friction", "force", "torque"};
+        const int word = kmp_read_one_key(e->r, e->map, e->what, KMP_NAMES_OF(words));
+        return word < 0 ? -1 : word == 0 ? KMP_FORCE_FRICTION : KMP_FORCE_ALONG;
+    }
     for (int k = 0; k < KMP_FORCE_KINDS; k++) {
         const char *word = kmp_force_rows[k].word;
         bool effort = word && strcmp(word, "effort") == 0;
@@ -364,7 +367,10 @@ static void read_effort(const element *e)
     kmp_reader *r = e->r;
     const kmp_yaml *torque = kmp_yaml_get(e->map, "torque"), *effort = torque ? torque : kmp_yaml_get(e->map, "force");
     int motion = e->force->motion;
-    kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_effort_dimension(r->model, motion);
+    kmp_dimension wanted = motion >= 0          ? kmp_effort_dimension(r->model, motion)
+                           : !e->force->sliding ? KMP_DIM_ANY
+                           : e->force->turns    ? KMP_DIM_TORQUE
+                                                : KMP_DIM_FORCE;
     if (effort && motion >= 0 && r->model->motions[motion].rotation != (effort == torque)) {
         const kmp_motion *m = &r->model->motions[motion];
         kmp_complain_of(r, effort, e->what, "'%s' is a %s, which takes a '%s', not a '%s'", m->name,
@@ -604,17 +610,23 @@ static void refuse_others(const element *e, const char *place)
     }
 }
 
-/* Friction against the rate of an expression: an angle where its level is a torque. */
-static void read_sliding(const element *e)
+/* Friction against the rate of an expression, or a force along it: an angle where the level or force is a torque. */
+static void read_sliding(element *e)
 {
-    const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
+    const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *friction = kmp_yaml_get(e->map, "friction");
+    const kmp_yaml *map = friction ? friction : e->map;
     e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
     e->force->sliding =
         kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
     if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
         KMP_COMPLAIN(e, node, "sliding may depend on t, q(..) and positions, not on rates");
-    else if (e->force->sliding)
+    else if (e->force->sliding && friction)
         read_own(e);
+    else if (e->force->sliding) {
+        set_locals(e, e->force->turns ? "angle" : "distance", e->force->sliding,
+                   kmp_expr_rate(&e->r->model->arena, e->force->sliding), false);
+        read_effort(e);
+    }
 }
 
 static void read_at_point(const element *e)

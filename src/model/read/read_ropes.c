@@ -81,21 +81,13 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
                                number.value * 180 / HALF_TURN);
 }
 
-/* The sheave that the rope may leave. */
-static bool read_leaving(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+/* A key that is 'yes' or absent. */
+static bool read_yes(const reading *c, const kmp_yaml *map, const char *key, bool *is)
 {
-    const kmp_yaml *node = kmp_yaml_get(map, "may_leave");
     static const char *const words[] = {"yes"};
-    if (!node)
-        return true;
-    for (int k = 0; k < c->rope->count; k++)
-        if (c->rope->places[k].leaves)
-            return kmp_reader_complain(c->r, node->place, "%s: a rope may leave one of its sheaves", c->what);
-    if (c->rope->closed && c->list->count < 3)
-        return kmp_reader_complain(c->r, node->place, "%s: a closed rope leaves a sheave only if two others remain",
-                                   c->what);
-    place->leaves = kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), "may_leave is") == 0;
-    return place->leaves;
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    *is = node && kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), kmp_reader_say(c->r, "%s is", key)) == 0;
+    return *is || !node;
 }
 
 /* Wheels of one belt or chain have its pitch. */
@@ -215,13 +207,14 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
         return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number from 0 to %d is expected", of, full,
                                    MOST_TURNS);
     place->wrap = TURN * full;
-    return read_rim(c, map, place) && read_leaving(c, map, place);
+    return read_rim(c, map, place) && read_yes(c, map, "may_leave", &place->leaves) &&
+           read_yes(c, map, "helix", &place->helix);
 }
 
 /* Keys that only a sheave between the ends has. */
 static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
 {
-    static const char *const keys[] = {"turns", "friction", "groove", "may_leave"};
+    static const char *const keys[] = {"turns", "friction", "groove", "may_leave", "helix"};
     const bool end = !c->rope->closed && (k == 0 || k == c->list->count - 1);
     if (drum && !end)
         return kmp_reader_complain(c->r, map->place,
@@ -230,7 +223,7 @@ static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
         return kmp_reader_complain(c->r, map->place,
                                    "%s: a sheave lies between two other places; a rope ends at a point or on a drum",
                                    c->what);
-    for (int i = 0; drum && i < 4; i++)
+    for (int i = 0; drum && i < 5; i++)
         if (kmp_yaml_get(map, keys[i]))
             return kmp_reader_complain(c->r, kmp_yaml_get(map, keys[i])->place,
                                        "%s: a drum, or a wheel with grip, has no %s: the rope does not slide there",
@@ -246,9 +239,23 @@ static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
     return true;
 }
 
+/* A sphere has a radius, and the rope may leave it. */
+static bool read_ball(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
+{
+    const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
+    const kmp_yaml *radius = kmp_read_required(c->r, map, c->what, "radius");
+    for (int i = 0; i < map->count; i++)
+        if (strcmp(map->keys[i]->text, "sphere") != 0 && strcmp(map->keys[i]->text, "radius") != 0)
+            return kmp_reader_complain(c->r, map->keys[i]->place, "%s: a sphere has a radius and no %s", c->what,
+                                       map->keys[i]->text);
+    *place = (kmp_rope_place){.point = place->point, .turn = 1, .ball = true, .leaves = true};
+    return radius && kmp_read_number(c->r, radius, of, KMP_DIM_LENGTH, &place->radius) &&
+           kmp_check_rule(c->r, radius, of, KMP_FIELD_POSITIVE, place->radius.value, "");
+}
+
 static bool read_place(const reading *c, int k)
 {
-    static const char *const kinds[] = {"round", "drum"};
+    static const char *const kinds[] = {"round", "drum", "sphere"};
     const kmp_yaml *node = c->list->items[k];
     kmp_rope_place *place = &c->rope->places[k];
     *place = (kmp_rope_place){.point = -1};
@@ -263,9 +270,9 @@ static bool read_place(const reading *c, int k)
         return false;
     place->drum = kind == 1;
     place->point = kmp_read_point(c->r, kmp_yaml_get(node, kinds[kind]), c->what);
-    if (place->point < 0 || !read_round(c, node, place))
+    if (place->point < 0 || !(kind == 2 ? read_ball : read_round)(c, node, place))
         return false;
-    if (c->r->model->bodies[c->r->model->points[place->point].body].flexible > 0)
+    if (!place->ball && c->r->model->bodies[c->r->model->points[place->point].body].flexible > 0)
         return kmp_reader_complain(c->r, node->place,
                                    "%s: a sheave or drum on a flexible body has an axis that does not rest: put it on "
                                    "a rigid body that is welded to it",
@@ -299,10 +306,10 @@ static double across(const double a[3], const double b[3])
     return sqrt(kmp_dot(3, n, n));
 }
 
-static const char *place_name(const reading *c, int k)
+static const char *place_name(kmp_reader *r, const kmp_rope *rope, int k)
 {
-    const kmp_point *point = &c->r->model->points[c->rope->places[k].point];
-    return kmp_reader_say(c->r, "%s.%s", c->r->model->bodies[point->body].name, point->name);
+    const kmp_point *point = &r->model->points[rope->places[k].point];
+    return kmp_reader_say(r, "%s.%s", r->model->bodies[point->body].name, point->name);
 }
 
 /* All rotations from a body up to another one are about the axis. */
@@ -319,11 +326,10 @@ static bool turns_about(const reading *c, int body, int up, const double axis[3]
     return true;
 }
 
-/* The axis of place k is the axis of the rope, and stays so. */
-static bool check_axis(const reading *c, int k, const double axis[3])
+/* The axis of place k is the axis of the place `plane`, and stays so. */
+static bool check_axis(const reading *c, int plane, int k, const double axis[3])
 {
     const kempe_model *model = c->r->model;
-    const int plane = c->rope->plane;
     double own[3];
     const char *joint;
     axis_of(c, k, own);
@@ -332,7 +338,7 @@ static bool check_axis(const reading *c, int k, const double axis[3])
             c->r, c->list->items[k]->place,
             "%s: the axes of '%s' and '%s' are not parallel, as they are in one rope; the key axis "
             "selects x, y or z of a point",
-            c->what, place_name(c, plane), place_name(c, k));
+            c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k));
     if (kmp_dot(3, own, axis) < 0)
         c->rope->places[k].turn = -c->rope->places[k].turn;
     const int body[2] = {model->points[c->rope->places[plane].point].body,
@@ -343,7 +349,7 @@ static bool check_axis(const reading *c, int k, const double axis[3])
             return kmp_reader_complain(
                 c->r, c->list->items[k]->place,
                 "%s: the axes of '%s' and '%s' do not stay parallel, because joint '%s' turns about another axis",
-                c->what, place_name(c, plane), place_name(c, k), joint);
+                c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k), joint);
     return true;
 }
 
@@ -398,18 +404,23 @@ static void find_rotation(const reading *c, int k, const double axis[3])
     }
 }
 
+/* Sheaves of a part have one axis. */
 static bool find_axes(const reading *c)
 {
     double axis[3];
     bool good = true;
-    if (c->rope->plane < 0)
-        return true;
-    axis_of(c, c->rope->plane, axis);
-    for (int k = 0; k < c->rope->count; k++) {
-        if (c->rope->places[k].turn != 0 && k != c->rope->plane)
-            good = check_axis(c, k, axis) && good;
-        if (c->rope->places[k].turns)
-            find_rotation(c, k, axis);
+    kmp_rope part;
+    for (int from = 0, first = 0; kmp_rope_part(c->rope, &first, &part); from = first) {
+        if (part.plane < 0 || part.places[part.plane].ball)
+            continue;
+        const int plane = from + part.plane;
+        axis_of(c, plane, axis);
+        for (int k = from; k < from + part.count; k++) {
+            if (c->rope->places[k].turn != 0 && k != plane)
+                good = check_axis(c, plane, k, axis) && good;
+            if (c->rope->places[k].turns)
+                find_rotation(c, k, axis);
+        }
     }
     return good;
 }
@@ -429,10 +440,18 @@ static bool read_kind(const reading *c)
 {
     static const char *const stiff[] = {"axial_stiffness", "stiffness"};
     static const char *const elastic[] = {"damping", "preload"};
+    static const char *const others[] = {"length",  "axial_stiffness", "stiffness",  "damping",
+                                         "preload", "slack",           "restitution"};
     const kmp_yaml *slack = kmp_yaml_get(c->map, "slack"), *restitution = kmp_yaml_get(c->map, "restitution");
     const int stiffness = kmp_count_keys(c->map, KMP_NAMES_OF(stiff), &(int){0});
     const bool taut = slack && slack->kind == KMP_YAML_SCALAR && strcmp(slack->text, "no") == 0;
     const kmp_yaml *preload = kmp_yaml_get(c->map, "preload");
+    const kmp_yaml *force = kmp_yaml_get(c->map, "force");
+    int other;
+    if (force && kmp_count_keys(c->map, KMP_NAMES_OF(others), &other) > 0)
+        return kmp_reader_complain(c->r, kmp_yaml_get(c->map, others[other])->place,
+                                   "%s: a rope with a 'force' has no %s: its force is a law of distance and rate",
+                                   c->what, others[other]);
     if (slack && !taut && strcmp(slack->text, "yes") != 0)
         return kmp_reader_complain(c->r, slack->place, "%s: slack is yes or no", c->what);
     if (stiffness > 1)
@@ -452,24 +471,47 @@ static bool read_kind(const reading *c)
     if (preload && kmp_yaml_get(c->map, "length"))
         return kmp_reader_complain(c->r, preload->place, "%s: the preload follows from 'length': give one of both",
                                    c->what);
-    c->rope->kind = stiffness ? KMP_ROPE_ELASTIC : taut ? KMP_ROPE_TAUT : KMP_ROPE_PULLS;
+    c->rope->kind = force ? KMP_ROPE_LAW : stiffness ? KMP_ROPE_ELASTIC : taut ? KMP_ROPE_TAUT : KMP_ROPE_PULLS;
     c->rope->axial = kmp_yaml_get(c->map, "axial_stiffness");
+    c->rope->damped = kmp_yaml_get(c->map, "damping");
     return read_own(c, c->rope->axial ? stiff[0] : stiff[1], KMP_FIELD_POSITIVE, &c->rope->stiffness) &&
            read_own(c, "preload", KMP_FIELD_NOT_NEGATIVE, &c->rope->preload) &&
            read_own(c, "damping", KMP_FIELD_NOT_NEGATIVE, &(kmp_number){0});
 }
 
-/* The angle on a drum with layers follows one path. */
-static bool check_layers(const reading *c)
+/* Spheres and helices lie between two points, and a rope may leave one sheave of a part. Such parts have own planes.
+ * The angle on a drum with layers follows one path. */
+static bool check_parts(const reading *c)
 {
-    bool leaves = false, layered = false;
-    for (int k = 0; k < c->rope->count; k++) {
-        leaves = leaves || c->rope->places[k].leaves;
-        layered = layered || c->rope->places[k].layers;
+    kmp_rope *rope = c->rope;
+    int leaving = 0, own = 0, since = 0;
+    bool turns = false, layered = false;
+    for (int k = 0; k < rope->count; k++) {
+        const kmp_rope_place *place = &rope->places[k];
+        const bool alone = place->ball || place->helix;
+        since = place->turn == 0 ? 0 : since + place->leaves;
+        leaving += place->leaves;
+        own += alone;
+        turns = turns || place->turns;
+        layered = layered || place->layers;
+        const char *wrong = place->leaves && rope->closed && rope->count < 3
+                                ? "a closed rope leaves a sheave only if two others remain"
+                            : since > 1 ? "a rope may leave one of its sheaves between two points"
+                            : alone && (rope->closed || rope->places[k - 1].turn != 0 || rope->places[k + 1].turn != 0)
+                                ? "a sphere, or a cylinder with a helix, lies between two points"
+                                : NULL;
+        if (wrong)
+            return kmp_reader_complain(c->r, c->list->items[k]->place, "%s: %s", c->what, wrong);
     }
-    return !(leaves && layered) ||
-           kmp_reader_complain(c->r, c->list->place,
-                               "%s: a rope with a drum whose radius is a table has no sheave with may_leave", c->what);
+    rope->parts = own > 0 || leaving > 1;
+    const char *wrong = leaving > 0 && layered
+                            ? "a rope with a drum whose radius is a table has no sheave with may_leave"
+                        : turns && rope->kind == KMP_ROPE_LAW ? "a rope with a 'force' has neither drums nor friction"
+                        : rope->parts && (turns || rope->closed)
+                            ? "a rope over spheres or helices, or that may leave several sheaves, is open, and has "
+                              "neither drums nor friction"
+                            : NULL;
+    return !wrong || kmp_reader_complain(c->r, c->list->place, "%s: %s", c->what, wrong);
 }
 
 static void read_rope(const reading *c)
@@ -492,7 +534,7 @@ static void read_rope(const reading *c)
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);
     for (; rope->places && rope->count < c->list->count; rope->count++)
         good = read_place(c, rope->count) && good;
-    if (!(good && rope->places && check_moves(c) && find_axes(c) && check_layers(c)))
+    if (!(good && rope->places && check_parts(c) && check_moves(c) && find_axes(c)))
         rope->count = 0; /* what uses it reports no further error */
 }
 
@@ -534,22 +576,10 @@ typedef struct start_path {
     const double *q;
     kmp_rope *rope;
     double axis[3];
-    double (*centre)[3], (*along)[3], *length; /* of places; of spans */
+    double (*centre)[3], (*along)[3], *length; /* of places; of spans, of a helix across its axis */
+    double rise;                               /* of a helix, along its axis */
     int without;                               /* the place that the rope is off; -1: none */
 } start_path;
-
-/* The next place on the path of a rope, and the one before. Places that the rope is off do not count. */
-static int next_of(const start_path *p, int k)
-{
-    const int count = p->rope->count, next = (k + 1) % count;
-    return next == p->without ? (next + 1) % count : next;
-}
-
-static int before_of(const start_path *p, int k)
-{
-    const int count = p->rope->count, before = (k + count - 1) % count;
-    return before == p->without ? (before + count - 1) % count : before;
-}
 
 static double signed_radius(const kmp_rope *rope, int k)
 {
@@ -558,9 +588,7 @@ static double signed_radius(const kmp_rope *rope, int k)
 
 static const char *name_of(const start_path *p, int k)
 {
-    const kempe_model *model = p->r->model;
-    const kmp_point *point = &model->points[p->rope->places[k].point];
-    return kmp_reader_say(p->r, "%s.%s", model->bodies[point->body].name, point->name);
+    return place_name(p->r, p->rope, k);
 }
 
 static bool complain_inside(const start_path *p, int k, int next, double distance, double needed)
@@ -577,14 +605,14 @@ static bool complain_inside(const start_path *p, int k, int next, double distanc
             p->rope->name, name_of(p, k), name_of(p, next), deep);
     const int round = places[k].turn != 0 ? k : next;
     return kmp_reader_complain(
-        p->r, p->rope->place,
-        "rope '%s': at the start point '%s' is %.6g mm inside the sheave at '%s' (radius %.6g mm)", p->rope->name,
-        name_of(p, round == k ? next : k), deep, name_of(p, round), 1e3 * places[round].radius.value);
+        p->r, p->rope->place, "rope '%s': at the start point '%s' is %.6g mm inside the %s at '%s' (radius %.6g mm)",
+        p->rope->name, name_of(p, round == k ? next : k), deep, places[round].ball ? "sphere" : "sheave",
+        name_of(p, round), 1e3 * places[round].radius.value);
 }
 
-static bool find_span(const start_path *p, int k)
+static bool find_span(start_path *p, int k)
 {
-    const int next = next_of(p, k);
+    const int next = kmp_rope_next(p->rope, k, 1, p->without);
     double d[3], turned[3];
     for (int i = 0; i < 3; i++)
         d[i] = p->centre[next][i] - p->centre[k][i];
@@ -599,6 +627,11 @@ static bool find_span(const start_path *p, int k)
     for (int i = 0; i < 3; i++)
         p->along[k][i] = square > 0 ? (sqrt(fmax(free, 0)) * d[i] - difference * turned[i]) / square : 0;
     p->length[k] = sqrt(all - difference * difference);
+    if (p->without < 0 && p->rope->plane >= 0 && p->rope->places[p->rope->plane].helix) {
+        p->length[k] = sqrt(free);
+        p->rise += deep;
+        return true;
+    }
     if ((p->rope->places[k].turn != 0 || p->rope->places[next].turn != 0) && fabs(deep) > OBLIQUE * p->length[k])
         kmp_reader_warn(
             p->r, p->rope->place,
@@ -620,7 +653,7 @@ static double angle_between(const start_path *p, const double first[3], const do
 static double find_turn(const start_path *p, int k)
 {
     kmp_rope_place *place = &p->rope->places[k];
-    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : before_of(p, k)];
+    const double *in = p->along[k == 0 && !p->rope->closed ? 0 : kmp_rope_next(p->rope, k, -1, p->without)];
     if (place->turns) {
         const double(*r)[3] = p->poses[place->carrier].r;
         for (int i = 0; i < 3; i++)
@@ -644,32 +677,42 @@ double kmp_start_coordinate(const kempe_model *model, int motion, const double *
     return model->start.q[motion].value;
 }
 
-/* The place that the rope may leave; -1: there is none. */
-static int leaving(const kmp_rope *rope)
-{
-    for (int k = 0; k < rope->count; k++)
-        if (rope->places[k].leaves)
-            return k;
-    return -1;
-}
-
 /* Neighbours of a place that the rope is off have the angles of the path without it. False: that path has no span. */
 static bool find_left(start_path *p)
 {
-    const int k = leaving(p->rope);
+    const int k = kmp_rope_leaving(p->rope);
     if (k < 0)
         return true;
     (void)find_turn(p, k);
     if (!(p->rope->places[k].wrap < 0))
         return true;
     p->without = k;
-    return find_span(p, before_of(p, k));
+    return find_span(p, kmp_rope_next(p->rope, k, -1, p->without));
 }
 
-static void settle(start_path *p)
+/* The axis about which the rope turns to the left on a sphere. */
+static bool find_plane_of_ball(start_path *p)
+{
+    double from[2][3], n;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 2; k++)
+            from[k][i] = p->centre[2 * k][i] - p->centre[1][i];
+    kmp_cross3(from[0], from[1], p->axis);
+    n = sqrt(kmp_dot(3, p->axis, p->axis));
+    for (int i = 0; i < 3; i++)
+        p->axis[i] /= n;
+    return n > SAME_AXIS * sqrt(kmp_dot(3, from[0], from[0]) * kmp_dot(3, from[1], from[1])) ||
+           kmp_reader_complain(p->r, p->rope->place,
+                               "rope '%s': at the start '%s', '%s' and '%s' are in one line, so that the way round the "
+                               "sphere is not defined",
+                               p->rope->name, name_of(p, 0), name_of(p, 1), name_of(p, 2));
+}
+
+/* The length of a part; negative: it is wrong. */
+static double settle(start_path *p)
 {
     const kempe_model *model = p->r->model;
-    kmp_rope *rope = p->rope;
+    const kmp_rope *rope = p->rope;
     double sum = 0;
     kmp_pose pose;
     for (int k = 0; k < rope->count; k++) {
@@ -679,22 +722,22 @@ static void settle(start_path *p)
             for (int i = 0; i < 3; i++)
                 p->axis[i] = pose.r[i][rope->places[k].axis];
     }
+    if (rope->plane >= 0 && rope->places[rope->plane].ball && !find_plane_of_ball(p))
+        return -1;
     for (int k = 0; k < kmp_rope_spans(rope); k++)
         if (!find_span(p, k))
-            return;
-    const int left = leaving(rope);
+            return -1;
+    const int left = kmp_rope_leaving(rope);
     if (!find_left(p))
-        return;
+        return -1;
     for (int k = 0; k < kmp_rope_spans(rope); k++)
         sum += k == p->without ? 0 : p->length[k];
     for (int k = 0; k < rope->count; k++)
         if (k != left)
             sum += find_turn(p, k);
-    const double length = rope->length ? kmp_expr_value_at(rope->length, p->r->parameter_values, 0) : sum;
-    if (rope->length && rope->kind == KMP_ROPE_PULLS && left < 0 && length < sum - SHORT * sum)
-        kmp_reader_complain(p->r, rope->place,
-                            "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short",
-                            rope->name, sum, length);
+        else if (p->without < 0)
+            sum += rope->places[k].radius.value * rope->places[k].wrap;
+    return p->without < 0 ? hypot(sum, p->rise) : sum;
 }
 
 void kmp_settle_ropes(kmp_reader *r)
@@ -708,12 +751,26 @@ void kmp_settle_ropes(kmp_reader *r)
         q[k] = kmp_start_coordinate(model, k, r->parameter_values);
     kmp_pose_all(model, q, poses);
     for (int k = 0; k < model->rope_count; k++) {
-        const size_t count = (size_t)model->ropes[k].count;
-        start_path p = {.r = r, .poses = poses, .q = q, .rope = &model->ropes[k], .without = -1};
+        kmp_rope *rope = &model->ropes[k];
+        const size_t count = (size_t)rope->count;
+        double sum = 0, length;
+        kmp_rope part;
+        start_path p = {.r = r, .poses = poses, .q = q, .rope = &part};
         p.centre = kmp_arena_alloc(&r->scratch, count, sizeof *p.centre);
         p.along = kmp_arena_alloc(&r->scratch, count, sizeof *p.along);
         p.length = KMP_ARENA_NEW(&r->scratch, double, count);
-        if (!r->scratch.failed)
-            settle(&p);
+        for (int first = 0; !r->scratch.failed && sum >= 0 && kmp_rope_part(rope, &first, &part);) {
+            p.without = -1;
+            p.rise = 0;
+            length = settle(&p);
+            sum = length < 0 ? -1 : sum + length;
+        }
+        length = rope->length ? kmp_expr_value_at(rope->length, r->parameter_values, 0) : sum;
+        rope->at_start = length;
+        if (sum >= 0 && rope->kind == KMP_ROPE_PULLS && length < sum - SHORT * sum)
+            kmp_reader_complain(
+                r, rope->place,
+                "rope '%s': at the start its path is %.9g m long and its length is %.9g m: it is too short", rope->name,
+                sum, length);
     }
 }

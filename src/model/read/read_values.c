@@ -178,7 +178,9 @@ static int find_rope(void *user, const char **name, int *places, int *closure)
     const kmp_rope *rope = &r->model->ropes[found];
     *name = rope->name;
     *places = rope->count;
-    *closure = rope->kind == KMP_ROPE_ELASTIC ? -2 : kmp_name_find(KMP_NAMED(r->model, closure), rope->name);
+    *closure = rope->kind == KMP_ROPE_LAW       ? -3
+               : rope->kind == KMP_ROPE_ELASTIC ? -2
+                                                : kmp_name_find(KMP_NAMED(r->model, closure), rope->name);
     return found;
 }
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ropes become closures, contacts and friction before the model is read, by measures of their paths: the slack
  * free_length - length is zero in a closure, not negative in a rigid contact, and minus the depth of a contact with a
- * law. Friction on a sheave has the levels of Eytelwein and Euler for both directions, of the tension T behind it:
- * (exp(mu w) - 1) T where the rope slides towards its first end, and (1 - exp(-mu w)) T where it slides to the other.
+ * law. A rope with a force of both signs is this force along its length. Friction on a sheave has the levels of
+ * Eytelwein and Euler for both directions, of the tension T behind it: (exp(mu w) - 1) T where the rope slides towards
+ * its first end, and (1 - exp(-mu w)) T where it slides to the other.
  */
 #include "model/read/rope_elements.h"
 #include "model/files/nodes.h"
@@ -77,12 +78,21 @@ static void add_tension(rewriting *w, const rope *own)
 {
     kmp_arena *arena = &w->r->scratch;
     const char *axial = text_of(own, "axial_stiffness"), *stiffness = text_of(own, "stiffness");
-    const char *damping = text_of(own, "damping"), *slack = text_of(own, "slack");
+    const char *damping = text_of(own, "damping"), *slack = text_of(own, "slack"), *law = text_of(own, "force");
     const bool taut = slack && strcmp(slack, "no") == 0;
     const kmp_place place = own->map->place;
     const kmp_yaml *restitution = kmp_yaml_get(own->map, "restitution");
     const kmp_yaml *gap = word(w, place, kmp_reader_say(w->r, "free_length(%s) - length(%s)", own->own, own->own));
     kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    if (law && strcmp(law, "0") == 0) /* only a path */
+        return;
+    if (law) {
+        kmp_yaml_put(arena, entry, place, "sliding", word(w, place, kmp_reader_say(w->r, "length(%s)", own->own)));
+        kmp_yaml_put(arena, entry, place, "force",
+                     word(w, kmp_yaml_get(own->map, "force")->place, kmp_reader_say(w->r, "-(%s)", law)));
+        add_entry(w, own, "forces", own->name, entry);
+        return;
+    }
     kmp_yaml_put(arena, entry, place, taut && !is_elastic(own) ? "constraint" : "gap", gap);
     if (stiffness && !damping) { /* its energy is potential */
         kmp_yaml_put(arena, entry, place, "law", word(w, place, "hertz"));
@@ -243,10 +253,10 @@ static void divide(rewriting *w, const kmp_yaml *key, const kmp_yaml *map, kmp_y
                             "rope '%s': the tensions of a closed belt without slack are not unique: leave out slack, "
                             "or give axial_stiffness and preload",
                             key->text);
-    else if (kmp_yaml_get(map, "length") || kmp_yaml_get(map, "stiffness"))
+    else if (kmp_yaml_get(map, "length") || kmp_yaml_get(map, "stiffness") || kmp_yaml_get(map, "force"))
         kmp_reader_complain(w->r, key->place,
                             "rope '%s': a rope that wheels with grip divide has the length at the start, and its "
-                            "stiffness is axial_stiffness: leave out length and stiffness",
+                            "stiffness is axial_stiffness: leave out length, stiffness and force",
                             key->text);
 }
 

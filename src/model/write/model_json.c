@@ -452,7 +452,8 @@ static void put_bearings(kmp_json *json, const kempe_model *model)
 
 static void put_ropes(kmp_json *json, const kempe_model *model)
 {
-    static const char *const kinds[] = {"taut", "pulls", "elastic"}, *const ways[] = {"right", "point", "left"};
+    static const char *const kinds[] = {"taut", "pulls", "elastic", "force"}, *const ways[] = {"right", "point",
+                                                                                               "left"};
     if (model->rope_count == 0)
         return;
     begin_list(json, "ropes");
@@ -469,7 +470,7 @@ static void put_ropes(kmp_json *json, const kempe_model *model)
         for (const kmp_rope_place *place = rope->places; place < rope->places + rope->count; place++) {
             kmp_json_object(json, NULL);
             kmp_model_json_point(json, "point", model, place->point);
-            kmp_json_put(json, "turn %s", ways[place->turn + 1]);
+            kmp_json_put(json, "turn %s", place->ball ? "sphere" : ways[place->turn + 1]);
             if (place->turn != 0)
                 kmp_json_put(json, "radius %g drum %i", place->radius.value, place->drum);
             if (place->layers)

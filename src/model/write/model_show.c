@@ -362,7 +362,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     } else if (force->motion >= 0) {
         kmp_text_printf(text, "%s on %s", kmp_force_key(model, force, row->word), model->motions[force->motion].name);
     } else if (force->sliding) {
-        put_expr(text, "friction against the rate of ", model, force->sliding);
+        put_expr(text, force->kind == KMP_FORCE_ALONG ? "force along " : "friction against the rate of ", model,
+                 force->sliding);
     } else if (force->kind == KMP_FORCE_BODY) {
         kmp_text_printf(text, "torque on %s", model->bodies[force->body].name);
     } else {
@@ -391,8 +392,11 @@ static void show_ropes(kmp_text *text, const kempe_model *model)
         for (int k = 0; k < rope->count; k++) {
             const kmp_rope_place *place = &rope->places[k];
             const kmp_point *point = &model->points[place->point];
-            kmp_text_printf(text, "%s%s%s.%s%s", k ? ", " : "", place->drum ? "drum " : "",
-                            model->bodies[point->body].name, point->name, ways[place->turn + 1]);
+            kmp_text_printf(text, "%s%s%s.%s%s", k ? ", " : "",
+                            place->drum   ? "drum "
+                            : place->ball ? "sphere "
+                                          : "",
+                            model->bodies[point->body].name, point->name, place->ball ? "" : ways[place->turn + 1]);
             if (place->turn != 0)
                 kmp_text_printf(text, " %.6g m", place->radius.value);
             if (place->layers)

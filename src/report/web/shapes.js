@@ -210,13 +210,21 @@ const discSpokes = (rim) => [0, 1, 2].map((k) => rim[Math.floor((k * rim.length)
 
 /* The axis of a rope, the centres of its places, and the directions of its spans, in the ground's axes. */
 function ropeSpans({ places, closed, body, axis: own }, poses) {
-    const count = places.length, axis = turned(poses[body].q, own);
-    const centres = places.map((place) => moved(poses[place.body], place.at)), signed = places.map((place) => place.turn * place.radius);
+    const count = places.length, centres = places.map((place) => moved(poses[place.body], place.at));
+    const sphere = places.some(({ ball }) => ball), axis = sphere ? unit(cross(sub(centres[0], centres[1]), sub(centres[2], centres[1]))) : turned(poses[body].q, own);
+    const signed = places.map((place) => place.turn * place.radius);
     const spans = Array.from({ length: closed ? count : count - 1 }, (_, k) => {
         const next = (k + 1) % count, whole = sub(centres[next], centres[k]), d = sub(whole, scaled(dot(whole, axis), axis)), p = signed[next] - signed[k];
         return scaled(1 / (dot(d, d) || 1), sub(scaled(Math.sqrt(Math.max(dot(d, d) - p * p, 0)), d), scaled(p, cross(axis, d))));
     });
     return { axis, centres, signed, spans };
+}
+
+/* A helix on a cylinder: points across its axis rise in proportion to their way. */
+function risen(points, axis, first, last) {
+    const height = (p) => dot(axis, p), flat = points.map((p) => sub(p, scaled(height(p), axis))), way = [0];
+    for (let k = 1; k < flat.length; k++) way.push(way[k - 1] + norm(sub(flat[k], flat[k - 1])));
+    flat.forEach((p, k) => (points[k] = add(p, scaled(height(first) + ((height(last) - height(first)) * way[k]) / way.at(-1), axis))));
 }
 
 /* Points along a rope in the ground's axes: its spans, and arcs on its sheaves by angles that are continuous from the start. From a
@@ -247,6 +255,7 @@ function ropePoints(rope, poses, ropes) {
         else if (!place.wraps) points.push(rim(k, out || into, 0));
         else arc(k, into, wrapAt(k, into, out));
     });
+    if (places.some(({ helix }) => helix)) risen(points, axis, centres[0], centres.at(-1));
     if (rope.next >= 0 && ropes[rope.next].places.length > 0) {
         const into = spans.at(-1), [out] = ropeSpans(ropes[rope.next], poses).spans, angle = places.at(-1).turn * Math.atan2(dot(axis, cross(into, out)), dot(into, out));
         arc(count - 1, into, angle < 0 ? angle + 2 * Math.PI : angle);
