@@ -110,7 +110,7 @@ def shortened(line):
     line = [str(min(int(word), 200)) if before == "--instances" else word for before, word in zip(["", *line], line)]
     if line[0] in ("simulate", "ensemble") and (end := EARLY.get(line[1].rsplit("/", 1)[-1])):
         return [*line, "--t-end", end] if "--t-end" not in line else [end if before == "--t-end" else word for before, word in zip(["", *line], line)]
-    if line[0] == "fmu" and not {"--no-binary", "--binary", "--compiler"} & set(line):
+    if line[0] == "fmu" and not {"--no-binary", "--binary", "--compiler", "--platforms"} & set(line):
         return [*line, "--compiler", str(QUICK_CC)]
     if line[0] != "compare":
         return line

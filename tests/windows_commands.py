@@ -223,11 +223,16 @@ def compare(line, linux, windows):
         return True, refused + ("equal" if exact else f"{count} numbers, largest difference {worst:.1e}")
 
 
+def wine_of():
+    """The program of Wine for 64 bits; None: it is missing."""
+    debian = "/usr/lib/wine/wine64"
+    return debian if os.path.exists(debian) else shutil.which("wine64") or shutil.which("wine")
+
+
 def main(words):
     chosen = [word for word in words if not word.startswith("--")]
     linux, windows = os.path.abspath(chosen[0]), os.path.abspath(chosen[1])
-    debian = "/usr/lib/wine/wine64"
-    wine = debian if os.path.exists(debian) else shutil.which("wine64") or shutil.which("wine")
+    wine = wine_of()
     if not wine or not os.path.exists(windows):
         print(f"skipped: {'Wine is missing' if not wine else windows + ' is missing: packaging/build_windows makes it'}")
         return 77

@@ -71,16 +71,19 @@ typedef struct kempe_fmu_options {
     int fmi;               /* version: 2 or 3 (default) */
     const char *kind;      /* me (model exchange), cs (co-simulation), me,cs (default: both) */
     int no_binary;         /* only sources, which importers can compile */
-    const char *compiler;  /* C compiler of the binary (default: cc) */
+    const char *compiler;  /* C compiler of the binary (default: cc, gcc on Windows, a cross-compiler for platforms) */
     const char *unit_file; /* the file kempe_unit.so: a unit of co-simulation on the library, with all formulations and
                             * integrators and the files of the model; without sources (default: a unit of sources) */
+    const char *platforms; /* of the binaries: x86_64-linux, x86_64-windows, aarch64-linux, x86_64-darwin,
+                            * aarch64-darwin, with commas (default: this one). With unit_file the files of other
+                            * platforms are in its folder: kempe_unit-x86_64-windows.dll */
 } kempe_fmu_options;
 
 typedef struct kempe_fmu_export kempe_fmu_export;
 
-/** Derives the equations, describes the variables, and compiles the binary of this platform. KEMPE_E_ARGUMENT: an
- * option does not exist, or the model has a part that generated simulators lack. KEMPE_E_FAILED: the loops do not close
- * at the start, or the compiler fails. Without the binary the same model gives the same bytes. */
+/** Derives the equations, describes the variables, and compiles the binaries. KEMPE_E_ARGUMENT: an option does
+ * not exist, or the model has a part that generated simulators lack. KEMPE_E_FAILED: the loops do not close
+ * at the start, or a compiler is missing or fails. Without a binary the same model gives the same bytes. */
 KEMPE_API kempe_status kempe_fmu_export_new(const kempe_model *model, const kempe_fmu_options *options,
                                             kempe_fmu_export **made);
 KEMPE_API void kempe_fmu_export_free(kempe_fmu_export *made);

@@ -6,6 +6,7 @@
 #include "base/wings.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "exchange/code/emitted.h"
+#include "exchange/fmu/unit_binary.h"
 #include "exchange/fmu/unit_description.h"
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
@@ -27,6 +28,8 @@ struct kempe_fmu_export {
     kmp_code_source *named; /* of a unit on the library */
     kempe_system *system;
     kmp_unit_plan plan;
+    const kmp_unit_platform *platforms[KMP_UNIT_PLATFORMS]; /* of its binaries */
+    int platform_count;
     kmp_code_files sources; /* in addition to the files of the simulator */
     kmp_code_files files;   /* as they are in the archive; NULL-terminated texts, and the binary */
     kmp_arena arena;
@@ -65,7 +68,12 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
     if (plan->on_library && (o->no_binary || o->compiler))
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "a unit on the library has no sources: leave out the options of a compiler");
+    if (o->no_binary && o->platforms)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "a unit without a binary is for no platform: leave out the platforms, or no-binary");
     plan->exchange = plan->exchange && !plan->on_library;
+    if (!o->no_binary)
+        KMP_TRY(kmp_unit_platforms_read(made->context, o, made->platforms, &made->platform_count));
     return KEMPE_OK;
 }
 
@@ -189,118 +197,48 @@ static bool add_texts(kempe_fmu_export *made)
     return text && add_lines(files, "documentation/licenses/license.txt", kmp_license_lines);
 }
 
-/* -- the binary of this platform ------------------------------------------------------------------------- */
+/* -- binaries -------------------------------------------------------------------------------------------- */
 
-enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
-
-static char *path_in(kmp_arena *arena, const char *folder, const char *name)
+/* The file of a platform's binary, empty. */
+static kmp_text *add_place(kempe_fmu_export *made, const kmp_unit_platform *platform)
 {
-    return kmp_arena_printf(arena, "%s/%s", folder, name);
+    return kmp_code_add(&made->files, "binaries/%s/%s%s", kmp_unit_folder(platform, made->plan.fmi),
+                        made->plan.source->name, platform->ending);
 }
 
-/* The first line of the compiler's output that says error, otherwise the first one. */
-static kempe_status tell_failure(kempe_context *context, const char *compiler, int code, const char *said)
+static kempe_status add_binaries(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
-    char *text = NULL;
-    size_t length = 0;
-    if (code < 0 || code == 127)
-        return kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the C compiler '%s' does not run: install one, name another with --compiler, or write the unit "
-            "without a binary with --no-binary",
-            compiler);
-    if (kmp_file_read(context, KMP_FILE_RECORD, said, &text, &length) != KEMPE_OK)
-        text = NULL;
-    const char *line = text ? strstr(text, "error") : NULL;
-    while (line && line > text && line[-1] != '\n')
-        line--;
-    line = line ? line : text ? text : "";
-    kempe_status status = kmp_fail(
-        context, KEMPE_E_FAILED, "the C compiler '%s' fails with exit code %d: %.*s; --no-binary does without it",
-        compiler, code, (int)(strcspn(line, "\n") < MOST_SHOWN ? strcspn(line, "\n") : MOST_SHOWN), line);
-    kmp_free(text);
-    return status;
-}
-
-static kempe_status build(kempe_context *context, kmp_arena *arena, const char *folder, const kmp_unit_plan *plan,
-                          const char *compiler, kmp_text *bytes)
-{
-    char *words[MOST_WORDS], *text = NULL;
-    static char *const options[] = {"-std=gnu99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
-                                    "-s",         "-o"};
-    int count = 0;
-    size_t length = 0;
-    char *out = path_in(arena, folder, "unit.so"), *said = path_in(arena, folder, "said.txt");
-    words[count++] = kmp_arena_strdup(arena, compiler);
-    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
-        words[count++] = options[k];
-    words[count++] = out;
-    for (int k = 0; k < plan->source_count && count < MOST_WORDS - 2; k++)
-        words[count++] = path_in(arena, folder, plan->sources[k]);
-    words[count++] = kmp_arena_strdup(arena, "-lm");
-    words[count] = NULL;
-    if (arena->failed)
-        return kmp_fail_memory(context);
-    int code = kmp_process_run(words, said);
-    if (code != 0)
-        return tell_failure(context, compiler, code, said);
-    KMP_TRY(kmp_file_read(context, KMP_FILE_BINARY, out, &text, &length));
-    kmp_text_append(bytes, text, length);
-    kmp_free(text);
-    return kmp_made(context, !bytes->failed);
-}
-
-static void remove_folder(kmp_arena *arena, const kmp_code_files *files, const char *folder)
-{
-    static const char *const made[] = {"unit.so", "said.txt"};
-    for (int k = 0; k < files->count; k++) {
-        char *path = path_in(arena, folder, files->file[k].name);
-        if (path)
-            (void)kmp_path_remove(path);
+    const kmp_unit_platform *const *list = made->platforms;
+    for (int k = 0; k < made->platform_count; k++) {
+        kmp_text *bytes = add_place(made, list[k]);
+        KMP_TRY(kmp_made(made->context, bytes));
+        KMP_TRY(kmp_unit_compile(made->context, &made->sources, &made->plan, list[k], o->compiler, bytes));
     }
-    for (size_t k = 0; k < sizeof made / sizeof *made; k++) {
-        char *path = path_in(arena, folder, made[k]);
-        if (path)
-            (void)kmp_path_remove(path);
-    }
-    (void)kmp_folder_remove(folder);
+    return KEMPE_OK;
 }
 
-/* Compiles the files with `compiler`, in a folder that is removed afterwards; the bytes of the shared library are
- * appended. */
-static kempe_status compile(kempe_context *context, const kmp_code_files *files, const kmp_unit_plan *plan,
-                            const char *compiler, kmp_text *bytes)
+/* The library of units of each platform. */
+static kempe_status add_libraries(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
-    kmp_arena arena = {0};
-    char above[KMP_PATH_MOST];
-    kmp_path_temporary(above);
-    char *folder = kmp_arena_printf(&arena, "%s/kempe-XXXXXX", above);
-    kempe_status status = folder ? KEMPE_OK : kmp_fail_memory(context);
-    if (status == KEMPE_OK && !kmp_folder_temporary(folder)) {
-        status = kmp_fail(context, KEMPE_E_IO, "cannot make a folder in '%s' for the compiler", above);
-    } else if (status == KEMPE_OK) {
-        for (int k = 0; k < files->count && status == KEMPE_OK; k++) {
-            char *path = path_in(&arena, folder, files->file[k].name);
-            status = path ? kempe_write_file(context, path, files->file[k].text.s) : kmp_fail_memory(context);
-        }
-        if (status == KEMPE_OK)
-            status = build(context, &arena, folder, plan, compiler, bytes);
-        remove_folder(&arena, files, folder);
+    const kmp_unit_platform *const *list = made->platforms;
+    for (int k = 0; k < made->platform_count; k++) {
+        char *bytes = NULL;
+        size_t length = 0;
+        const char *file = kmp_unit_library_of(&made->arena, o->unit_file, list[k]);
+        KMP_TRY(kmp_made(made->context, file));
+        if (!kmp_unit_is_own(list[k]) && !kmp_path_readable(file))
+            return kmp_fail(
+                made->context, KEMPE_E_FAILED,
+                "the library of units for %s is not there: '%s'; a build of Kempe for that platform makes it",
+                list[k]->name, file);
+        KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, file, &bytes, &length));
+        kmp_text *binary = add_place(made, list[k]);
+        if (binary)
+            kmp_text_append(binary, bytes, length);
+        kmp_free(bytes);
+        KMP_TRY(kmp_made(made->context, binary && !binary->failed));
     }
-    kmp_arena_free(&arena);
-    return status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* files that the caller has not named */
-}
-
-static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *o)
-{
-    const char *folder = kmp_platform_of_units(made->plan.fmi);
-    if (!*folder)
-        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
-                        "binaries of units are not made on this platform: use --no-binary");
-    kmp_text *bytes =
-        kmp_code_add(&made->files, "binaries/%s/%s%s", folder, made->plan.source->name, kmp_library_ending);
-    return bytes ? compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
-                 : kmp_fail_memory(made->context);
+    return KEMPE_OK;
 }
 
 /* -- resources of a unit on the library ------------------------------------------------------------------ */
@@ -379,8 +317,6 @@ static kempe_status add_resources(kmp_code_files *files, kmp_arena *arena, const
 static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     kmp_unit_plan *plan = &made->plan;
-    char *bytes = NULL;
-    size_t length = 0;
     KMP_TRY(kmp_system_new(model, NULL, &made->system));
     made->named = KMP_ARENA_NEW(&made->arena, kmp_code_source, 1);
     KMP_TRY(kmp_made(made->context, made->named));
@@ -389,13 +325,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_texts(made)));
     KMP_TRY(add_resources(&made->files, &made->arena, model));
-    KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
-    kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s%s", kmp_platform_of_units(plan->fmi),
-                                    plan->source->name, kmp_library_ending);
-    if (binary)
-        kmp_text_append(binary, bytes, length);
-    kmp_free(bytes);
-    return kmp_made(made->context, binary && !binary->failed);
+    return add_libraries(made, o);
 }
 
 /* True if a circle that stays on the outline passes from one contact to another: at the end of a copy, or of a run that
@@ -442,7 +372,7 @@ static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const
     KMP_TRY(kmp_made(made->context, add_sources(made) && add_texts(made)));
     for (int k = 0; k < made->files.count; k++)
         KMP_TRY(kmp_made(made->context, made->files.file[k].text.s && !made->files.file[k].text.failed));
-    return o->no_binary ? KEMPE_OK : add_binary(made, o);
+    return o->no_binary ? KEMPE_OK : add_binaries(made, o);
 }
 
 kempe_status kempe_fmu_export_new(const kempe_model *model, const kempe_fmu_options *options, kempe_fmu_export **out)
@@ -493,18 +423,21 @@ kempe_status kempe_fmu_export_write(kempe_fmu_export *made, const char *path)
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 
-/* The folder of the binary inside, which has the name of its platform; NULL: there is none. */
-static const char *platform_of(const kempe_fmu_export *made, int *length)
+/* The folders of the binaries inside, which have the names of their platforms. */
+static void put_platforms(kmp_text *text, const kempe_fmu_export *made)
 {
     static const char folder[] = "binaries/";
+    bool any = false;
     for (int k = 0; k < made->files.count; k++) {
         const char *name = made->files.file[k].name;
         if (strncmp(name, folder, strlen(folder)) == 0) {
-            *length = (int)strcspn(name + strlen(folder), "/");
-            return name + strlen(folder);
+            name += strlen(folder);
+            kmp_text_printf(text, ", %.*s", (int)strcspn(name, "/"), name);
+            any = true;
         }
     }
-    return NULL;
+    if (!any)
+        kmp_text_put(text, ", sources only");
 }
 
 static void put_count(kmp_text *text, const char *before, int count, const char *word)
@@ -516,8 +449,6 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_fmu_export *made = result;
     const kmp_code_source *s = made->plan.source;
-    int length = 0;
-    const char *platform = platform_of(made, &length);
     kmp_text_printf(text, "%s: %s, %s%sFMI %d.0, %s%s%s", s->title, kempe_outcome_text(KEMPE_OUTCOME_COMPLETE),
                     made->written ? made->written : "", made->written ? ": " : "", made->plan.fmi,
                     made->plan.exchange ? "model exchange" : "",
@@ -525,10 +456,7 @@ static void show(kmp_text *text, const void *result)
                     made->plan.simulation ? "co-simulation" : "");
     if (made->plan.on_library)
         kmp_text_put(text, ", on the library");
-    if (platform)
-        kmp_text_printf(text, ", %.*s", length, platform);
-    else
-        kmp_text_put(text, ", sources only");
+    put_platforms(text, made);
     kmp_text_printf(text, made->written ? ", %.0f kB\n" : "\n", 1e-3 * (double)made->size);
     put_count(text, "  ", 2 * s->simulated->freedom, "state");
     put_count(text, ", ", s->input_count, "input");

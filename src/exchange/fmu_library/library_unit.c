@@ -11,6 +11,7 @@
 #include "integrators/run/run.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "platform/platform.h"
 #include "studies/simulate/stepper_run.h"
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
@@ -60,6 +61,8 @@ static char *folder_of(kmp_arena *arena, const char *resources)
     if (uri) {
         resources += sizeof scheme - 1;
         resources += strncmp(resources, "///", 3) == 0 ? 2 : strncmp(resources, "//localhost/", 12) == 0 ? 11 : 0;
+        if (kmp_path_is_whole(resources + 1) && !kmp_is_separator(resources[1])) /* a drive: file:///C:/folder */
+            resources++;
     }
     for (; *resources; resources++) {
         char digits[3] = {0};
@@ -71,7 +74,7 @@ static char *folder_of(kmp_arena *arena, const char *resources)
         }
         kmp_text_append(&text, code ? (const char[]){(char)code} : resources, 1);
     }
-    while (text.length > 1 && text.s[text.length - 1] == '/')
+    while (text.length > 1 && kmp_is_separator(text.s[text.length - 1]))
         text.s[--text.length] = '\0';
     return kmp_text_keep(&text, arena);
 }
