@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# shellcheck shell=bash disable=SC2154
+# Sourced by packaging/build_windows and packaging/linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
+# UMFPACK and CHOLMOD (GPL) and Luksan's part of NLopt (LGPL) are left out. They set
+#
+#     folder      for all that is made; sources are in $folder/sources
+#     installed   for the libraries
+#     jobs        their number at once
+#     compiler, archive   programs for C and for static libraries
+#     target      options of CMake that choose the compilers
+#     compiled    options of the compiler for KLU
+#     sundials    further options of CMake for SUNDIALS
+
+# download NAME ..: the archives of sources, from Debian's lists of its release 12 in a folder of their own, unpacked.
+download() {
+    mkdir -p "$folder/sources/lists/partial"
+    cd "$folder/sources" || exit
+    printf 'deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian bookworm main\n' >list
+    local options=(-o "Dir::Etc::SourceList=$PWD/list" -o Dir::Etc::SourceParts=/dev/null -o "Dir::State::Lists=$PWD/lists"
+        -o APT::Sandbox::User=root)
+    apt-get "${options[@]}" update
+    apt-get "${options[@]}" source --download-only --tar-only "$@"
+    for name in "$@"; do
+        mkdir -p "$name"
+        tar -xf "$name"_*.orig.tar.* -C "$name" --strip-components=1
+    done
+}
+
+# obtain NAME ..: each once.
+obtain() {
+    local name wanted=()
+    for name in "$@"; do
+        [ -e "$folder/sources/has_$name" ] || wanted+=("$name")
+    done
+    [ ${#wanted[@]} -gt 0 ] || return 0
+    say "obtaining sources of ${wanted[*]}"
+    mkdir -p "$folder"
+    quietly "$folder/sources.log" bash -c "$(declare -f download); folder='$folder'; set -e; download ${wanted[*]}"
+    for name in "${wanted[@]}"; do
+        touch "$folder/sources/has_$name"
+    done
+}
+
+# library NAME [OPTION OF CMAKE ..]: a library that CMake builds, installed.
+library() {
+    local name=$1
+    shift
+    [ ! -e "$installed/has_$name" ] || return 0
+    say "  $name"
+    quietly "$folder/$name.log" cmake -G Ninja -S "$folder/sources/${source:-$name}" -B "$folder/$name" -DCMAKE_BUILD_TYPE=Release \
+        "${target[@]}" -DCMAKE_INSTALL_PREFIX="$installed" -DCMAKE_INSTALL_LIBDIR=lib -DBUILD_SHARED_LIBS=OFF -DBUILD_TESTING=OFF "$@"
+    quietly "$folder/$name.log" cmake --build "$folder/$name" --parallel "$jobs"
+    quietly "$folder/$name.log" cmake --install "$folder/$name"
+    touch "$installed/has_$name"
+}
+
+# KLU with what it needs, whose makefiles are for the host. Each source has two variants, with indices of 32 and 64 bits.
+klu() {
+    [ ! -e "$installed/has_klu" ] || return 0
+    say "  klu"
+    local from=$folder/sources/suitesparse part variant to=$folder/suitesparse
+    mkdir -p "$to" "$installed/lib" "$installed/include"
+    cp "$from"/SuiteSparse_config/*.h "$from"/{AMD,COLAMD,BTF,KLU}/Include/*.h "$installed/include"
+    for part in AMD COLAMD BTF KLU; do
+        rm -f "$to"/*.o "$installed/lib/lib${part,,}.a"
+        for variant in LONG INT; do
+            printf '%s\n' "$from/$part"/Source/*.c | sed 's/.*\/\(.*\)[.]c$/\1/' | xargs -P "$jobs" -I {} \
+                "$compiler" "${compiled[@]}" "-DD$variant" -I"$installed/include" -I"$from/$part/Include" \
+                -c "$from/$part/Source/{}.c" -o "$to/$variant{}.o"
+        done
+        "$archive" crs "$installed/lib/lib${part,,}.a" "$to"/*.o
+    done
+    "$compiler" "${compiled[@]}" -DNTIMER -I"$installed/include" -c "$from/SuiteSparse_config/SuiteSparse_config.c" -o "$to/config.o"
+    "$archive" crs "$installed/lib/libsuitesparseconfig.a" "$to/config.o"
+    touch "$installed/has_klu"
+}
+
+# NLopt's sources without Luksan's part, whose methods refuse: this version of NLopt has no option for it. Kempe calls SLSQP and COBYLA.
+without_luksan() {
+    local to=$folder/nlopt_source
+    rm -rf "$to"
+    cp -r "$folder/sources/nlopt" "$to"
+    rm "$to"/src/algs/luksan/*
+    printf '#define luksan_%s(...) NLOPT_INVALID_ARGS\n' plis plip pnet >"$to/src/algs/luksan/luksan.h"
+    sed -i '/src\/algs\/luksan\/plis[.]c/d' "$to/CMakeLists.txt"
+}
+
+# All but LAPACK.
+libraries() {
+    klu
+    library sundials -DBUILD_STATIC_LIBS=ON -DBUILD_CVODES=OFF -DBUILD_IDAS=OFF -DSUNDIALS_INDEX_SIZE=64 -DEXAMPLES_ENABLE_C=OFF \
+        -DEXAMPLES_INSTALL=OFF "${sundials[@]}"
+    library libyaml -DCMAKE_C_FLAGS=-DYAML_DECLARE_STATIC
+    source=expat/expat library expat -DEXPAT_BUILD_TOOLS=OFF -DEXPAT_BUILD_EXAMPLES=OFF -DEXPAT_BUILD_TESTS=OFF -DEXPAT_SHARED_LIBS=OFF
+    library cminpack -DUSE_BLAS=OFF -DBUILD_EXAMPLES=OFF -DSHARED_LIBS=OFF
+    without_luksan
+    source=../nlopt_source library nlopt -DNLOPT_PYTHON=OFF -DNLOPT_OCTAVE=OFF -DNLOPT_MATLAB=OFF -DNLOPT_GUILE=OFF -DNLOPT_SWIG=OFF -DNLOPT_TESTS=OFF \
+        -DNLOPT_CXX=OFF
+    cp "$folder/cminpack/libcminpack_s.a" "$installed/lib/libcminpack.a" # it is found by the name without the suffix
+}

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# For a Linux of another C library or processor, by the compiler that packaging/build_linux has put into the folder KEMPE_LINUX beside the
+# libraries. KEMPE_PROCESSOR: x86_64 or aarch64. Fortran is compiled by Debian's compiler; its objects name no function of a C library.
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES KEMPE_LINUX KEMPE_PROCESSOR)
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR ${KEMPE_PROCESSOR})
+set(CMAKE_C_COMPILER ${KEMPE_LINUX}/tools/cc)
+set(CMAKE_AR ${KEMPE_LINUX}/tools/ar)
+set(CMAKE_RANLIB ${KEMPE_LINUX}/tools/ranlib)
+set(CMAKE_Fortran_COMPILER ${KEMPE_PROCESSOR}-linux-gnu-gfortran)
+set(CMAKE_FIND_ROOT_PATH ${KEMPE_LINUX}/libraries)
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-s -Wl,--gc-sections")
