@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# shellcheck shell=bash disable=SC2154
+# Sourced by packaging/build_windows and packaging/build_wasm: the libraries that Kempe needs, from Debian's sources. They set
+#
+#     folder      for all that is made; sources are in $folder/sources
+#     installed   for the libraries
+#     jobs        their number at once
+#     compiler, archive   programs for C and for static libraries
+#     target      options of CMake that choose the compilers
+#     compiled    options of the compiler for KLU
+#     sundials    further options of CMake for SUNDIALS
+
+# download NAME ..: the archives of sources, from Debian's lists of its release 12 in a folder of their own, unpacked.
+download() {
+    mkdir -p "$folder/sources/lists/partial"
+    cd "$folder/sources" || exit
+    printf 'deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian bookworm main\n' >list
+    local options=(-o "Dir::Etc::SourceList=$PWD/list" -o Dir::Etc::SourceParts=/dev/null -o "Dir::State::Lists=$PWD/lists"
+        -o APT::Sandbox::User=root)
+    apt-get "${options[@]}" update
+    apt-get "${options[@]}" source --download-only --tar-only "$@"
+    for name in "$@"; do
+        mkdir -p "$name"
+        tar -xf "$name"_*.orig.tar.* -C "$name" --strip-components=1
+    done
+}
+
+# obtain NAME ..: once.
+obtain() {
+    [ ! -e "$folder/sources/obtained" ] || return 0
+    say "obtaining sources of $*"
+    mkdir -p "$folder"
+    quietly "$folder/sources.log" bash -c "$(declare -f download); folder='$folder'; set -e; download $*"
+    touch "$folder/sources/obtained"
+}
+
+# library NAME [OPTION OF CMAKE ..]: a library that CMake builds, installed.
+library() {
+    local name=$1
+    shift
+    [ ! -e "$installed/has_$name" ] || return 0
+    say "  $name"
+    quietly "$folder/$name.log" cmake -G Ninja -S "$folder/sources/${source:-$name}" -B "$folder/$name" -DCMAKE_BUILD_TYPE=Release \
+        "${target[@]}" -DCMAKE_INSTALL_PREFIX="$installed" -DCMAKE_INSTALL_LIBDIR=lib -DBUILD_SHARED_LIBS=OFF -DBUILD_TESTING=OFF "$@"
+    quietly "$folder/$name.log" cmake --build "$folder/$name" --parallel "$jobs"
+    quietly "$folder/$name.log" cmake --install "$folder/$name"
+    touch "$installed/has_$name"
+}
+
+# KLU with what it needs, whose makefiles are for the host. Each source has two variants, with indices of 32 and 64 bits.
+klu() {
+    [ ! -e "$installed/has_klu" ] || return 0
+    say "  klu"
+    local from=$folder/sources/suitesparse part variant to=$folder/suitesparse
+    mkdir -p "$to" "$installed/lib" "$installed/include"
+    cp "$from"/SuiteSparse_config/*.h "$from"/{AMD,COLAMD,BTF,KLU}/Include/*.h "$installed/include"
+    # Wide indices have 64 bits, also where `long` has 32 and this is not Windows.
+    sed -i 's/^#define SuiteSparse_long long$/#define SuiteSparse_long long long/; s/LONG_MAX/LLONG_MAX/; s/"ld"/"lld"/' \
+        "$installed/include/SuiteSparse_config.h"
+    for part in AMD COLAMD BTF KLU; do
+        rm -f "$to"/*.o
+        for variant in LONG INT; do
+            printf '%s\n' "$from/$part"/Source/*.c | sed 's/.*\/\(.*\)[.]c$/\1/' | xargs -P "$jobs" -I {} \
+                "$compiler" "${compiled[@]}" "-DD$variant" -I"$installed/include" -I"$from/$part/Include" \
+                -c "$from/$part/Source/{}.c" -o "$to/$variant{}.o"
+        done
+        "$archive" crs "$installed/lib/lib${part,,}.a" "$to"/*.o
+    done
+    "$compiler" "${compiled[@]}" -DNTIMER -I"$installed/include" -c "$from/SuiteSparse_config/SuiteSparse_config.c" -o "$to/config.o"
+    "$archive" crs "$installed/lib/libsuitesparseconfig.a" "$to/config.o"
+    touch "$installed/has_klu"
+}
+
+# The other libraries but LAPACK.
+libraries() {
+    klu
+    library sundials -DBUILD_STATIC_LIBS=ON -DBUILD_CVODES=OFF -DBUILD_IDAS=OFF -DSUNDIALS_INDEX_SIZE=64 -DEXAMPLES_ENABLE_C=OFF \
+        -DEXAMPLES_INSTALL=OFF "${sundials[@]}"
+    library libyaml -DCMAKE_C_FLAGS=-DYAML_DECLARE_STATIC
+    source=expat/expat library expat -DEXPAT_BUILD_TOOLS=OFF -DEXPAT_BUILD_EXAMPLES=OFF -DEXPAT_BUILD_TESTS=OFF -DEXPAT_SHARED_LIBS=OFF
+    library cminpack -DUSE_BLAS=OFF -DBUILD_EXAMPLES=OFF -DSHARED_LIBS=OFF
+    library nlopt -DNLOPT_PYTHON=OFF -DNLOPT_OCTAVE=OFF -DNLOPT_MATLAB=OFF -DNLOPT_GUILE=OFF -DNLOPT_SWIG=OFF -DNLOPT_TESTS=OFF \
+        -DNLOPT_LUKSAN=OFF -DNLOPT_CXX=OFF
+    [ ! -e "$installed/lib/libcminpack_s.a" ] || cp -u "$installed/lib/libcminpack_s.a" "$installed/lib/libcminpack.a"
+}
