@@ -71,13 +71,17 @@ klu() {
     touch "$installed/has_klu"
 }
 
-# The other libraries but LAPACK.
+# The libraries that all builds need, but for LAPACK.
 libraries() {
     klu
     library sundials -DBUILD_STATIC_LIBS=ON -DBUILD_CVODES=OFF -DBUILD_IDAS=OFF -DSUNDIALS_INDEX_SIZE=64 -DEXAMPLES_ENABLE_C=OFF \
         -DEXAMPLES_INSTALL=OFF "${sundials[@]}"
     library libyaml -DCMAKE_C_FLAGS=-DYAML_DECLARE_STATIC
     source=expat/expat library expat -DEXPAT_BUILD_TOOLS=OFF -DEXPAT_BUILD_EXAMPLES=OFF -DEXPAT_BUILD_TESTS=OFF -DEXPAT_SHARED_LIBS=OFF
+}
+
+# Those of fits and optima.
+search_libraries() {
     library cminpack -DUSE_BLAS=OFF -DBUILD_EXAMPLES=OFF -DSHARED_LIBS=OFF
     library nlopt -DNLOPT_PYTHON=OFF -DNLOPT_OCTAVE=OFF -DNLOPT_MATLAB=OFF -DNLOPT_GUILE=OFF -DNLOPT_SWIG=OFF -DNLOPT_TESTS=OFF \
         -DNLOPT_LUKSAN=OFF -DNLOPT_CXX=OFF
