@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # shellcheck shell=bash disable=SC2154
-# Sourced by packaging/build_windows and packaging/linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
+# Sourced by packaging/build_windows, packaging/build_wasm and packaging/linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
 # UMFPACK and CHOLMOD (GPL) and Luksan's part of NLopt (LGPL) are left out. They set
 #
 #     folder      for all that is made; sources are in $folder/sources
@@ -61,6 +61,9 @@ klu() {
     local from=$folder/sources/suitesparse part variant to=$folder/suitesparse
     mkdir -p "$to" "$installed/lib" "$installed/include"
     cp "$from"/SuiteSparse_config/*.h "$from"/{AMD,COLAMD,BTF,KLU}/Include/*.h "$installed/include"
+    # Wide indices have 64 bits, also where `long` has 32 and this is not Windows.
+    [ "$compiler" != emcc ] || sed -i 's/^#define SuiteSparse_long long$/#define SuiteSparse_long long long/; s/LONG_MAX/LLONG_MAX/; s/"ld"/"lld"/' \
+        "$installed/include/SuiteSparse_config.h"
     for part in AMD COLAMD BTF KLU; do
         rm -f "$to"/*.o "$installed/lib/lib${part,,}.a"
         for variant in LONG INT; do
@@ -85,13 +88,17 @@ without_luksan() {
     sed -i '/src\/algs\/luksan\/plis[.]c/d' "$to/CMakeLists.txt"
 }
 
-# All but LAPACK.
+# The libraries that all builds need, but for LAPACK.
 libraries() {
     klu
     library sundials -DBUILD_STATIC_LIBS=ON -DBUILD_CVODES=OFF -DBUILD_IDAS=OFF -DSUNDIALS_INDEX_SIZE=64 -DEXAMPLES_ENABLE_C=OFF \
         -DEXAMPLES_INSTALL=OFF "${sundials[@]}"
     library libyaml -DCMAKE_C_FLAGS=-DYAML_DECLARE_STATIC
     source=expat/expat library expat -DEXPAT_BUILD_TOOLS=OFF -DEXPAT_BUILD_EXAMPLES=OFF -DEXPAT_BUILD_TESTS=OFF -DEXPAT_SHARED_LIBS=OFF
+}
+
+# Those of fits and optima.
+search_libraries() {
     library cminpack -DUSE_BLAS=OFF -DBUILD_EXAMPLES=OFF -DSHARED_LIBS=OFF
     without_luksan
     source=../nlopt_source library nlopt -DNLOPT_PYTHON=OFF -DNLOPT_OCTAVE=OFF -DNLOPT_MATLAB=OFF -DNLOPT_GUILE=OFF -DNLOPT_SWIG=OFF -DNLOPT_TESTS=OFF \

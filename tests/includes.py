@@ -73,6 +73,7 @@ for name, seen in LAYERS.items():
 FOLDERS = [  # first match wins
     ("third_party/fmi/", "fmi"),
     ("src/pipeline.", "pipeline"),
+    ("src/browser/", "cli"),
     ("src/dynamics/kinematics/friction_roles.h", "roles"),
     ("src/dynamics/kinematics/", "kinematics"),
     ("constraints/kinds/", "kinds"),

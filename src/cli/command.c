@@ -354,8 +354,9 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     }
     cli_terminal_begin(settings->quiet, !command->opens_pages);
     kempe_context_set_log(j.context, cli_terminal_log, NULL);
-    if (cli_terminal_shows_progress())
-        kempe_context_set_progress(j.context, 1, cli_terminal_progress, NULL);
+    double interval;
+    if (cli_terminal_shows_progress(&interval))
+        kempe_context_set_progress(j.context, interval, cli_terminal_progress, NULL);
     /* The first Ctrl-C or SIGTERM ends the run with its results so far, the second one ends the process. A file that
      * exceeds a limit is an error of its writing. */
     kempe_context *context = j.context;

@@ -108,8 +108,9 @@ void cli_terminal_log(void *user, kempe_level level, const char *line)
     }
 }
 
-bool cli_terminal_shows_progress(void)
+bool cli_terminal_shows_progress(double *interval)
 {
+    *interval = 1;
     return is_terminal && !is_quiet;
 }
 

@@ -17,8 +17,8 @@ void cli_terminal_shows(const char *text);
 /** The log function of a context; `user` is unused. */
 void cli_terminal_log(void *user, kempe_level level, const char *line);
 
-/** The function of a context for progress, if it is shown; `user` is unused. */
-bool cli_terminal_shows_progress(void);
+/** The function of a context for progress, if it is shown, and the seconds between two calls; `user` is unused. */
+bool cli_terminal_shows_progress(double *interval);
 void cli_terminal_progress(void *user, const kempe_progress *progress);
 
 /** Notes that a file was written. */

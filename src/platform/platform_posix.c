@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The platform by POSIX, with what Linux, the C library of GNU and macOS have beyond it. The side of macOS was never
- * run. */
+/* The platform by POSIX, with what Linux, the C library of GNU and macOS have beyond it, and without what WebAssembly
+ * lacks. The side of macOS was never run. */
 #include "platform/platform.h"
 #include <dirent.h>
 #include <dlfcn.h>
@@ -330,6 +330,22 @@ static double read_clock(clockid_t clock)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+#ifdef __EMSCRIPTEN__
+
+/* One thread, whose processor time WebAssembly does not tell. */
+double kmp_cpu_now(void)
+{
+    return read_clock(CLOCK_MONOTONIC);
+}
+
+double kmp_thread_cpu(pthread_t thread)
+{
+    (void)thread;
+    return 0;
+}
+
+#else
+
 double kmp_cpu_now(void)
 {
     return read_clock(CLOCK_THREAD_CPUTIME_ID);
@@ -349,12 +365,30 @@ double kmp_thread_cpu(pthread_t thread)
 #endif
 }
 
+#endif
+
 double kmp_wall_now(void)
 {
     return read_clock(CLOCK_MONOTONIC);
 }
 
 /* -- memory ------------------------------------------------------------------------------------------ */
+
+#ifdef __EMSCRIPTEN__
+
+/* WebAssembly runs what is in its module alone. */
+void *kmp_pages_new(const void *code, size_t size)
+{
+    (void)code, (void)size;
+    return NULL;
+}
+
+void kmp_pages_free(void *pages, size_t size)
+{
+    (void)pages, (void)size;
+}
+
+#else
 
 #if defined(__APPLE__) && defined(__aarch64__)
 #define JIT MAP_JIT
@@ -395,6 +429,8 @@ void kmp_pages_free(void *pages, size_t size)
         (void)munmap(pages, size);
 }
 
+#endif
+
 size_t kmp_heap_in_use(void)
 {
 #if defined(__GLIBC__) && defined(__GLIBC_PREREQ)
@@ -407,6 +443,22 @@ size_t kmp_heap_in_use(void)
 }
 
 /* -- threads ----------------------------------------------------------------------------------------- */
+
+#ifdef __EMSCRIPTEN__
+
+/* Memory is shared between threads only on pages that a server isolates: there are none. */
+bool kmp_thread_start(pthread_t *thread, void *(*run)(void *user), void *user)
+{
+    (void)thread, (void)run, (void)user;
+    return false;
+}
+
+bool kmp_thread_start_deaf(pthread_t *thread, void *(*run)(void *user), void *user)
+{
+    return kmp_thread_start(thread, run, user);
+}
+
+#else
 
 bool kmp_thread_start(pthread_t *thread, void *(*run)(void *user), void *user)
 {
@@ -428,6 +480,8 @@ bool kmp_thread_start_deaf(pthread_t *thread, void *(*run)(void *user), void *us
     pthread_sigmask(SIG_SETMASK, &old, NULL);
     return started;
 }
+
+#endif
 
 void kmp_thread_yield(void)
 {
@@ -491,6 +545,16 @@ void kmp_system_word(char word[KMP_SYSTEM_WORD])
     (void)snprintf(word, KMP_SYSTEM_WORD, "%s/%s/%s", name, boot, space);
 }
 
+#ifdef __EMSCRIPTEN__
+
+int kmp_process_run(char *const *words, const char *said)
+{
+    (void)words, (void)said;
+    return -1;
+}
+
+#else
+
 extern char **environ;
 
 int kmp_process_run(char *const *words, const char *said)
@@ -509,6 +573,8 @@ int kmp_process_run(char *const *words, const char *said)
         return -1;
     return WEXITSTATUS(state);
 }
+
+#endif
 
 const char *kmp_page_opener(void)
 {
@@ -644,6 +710,32 @@ void kmp_interrupt_guard_end(void)
 
 /* -- libraries --------------------------------------------------------------------------------------- */
 
+#ifdef __EMSCRIPTEN__
+
+void *kmp_library_open(const char *name)
+{
+    (void)name;
+    return NULL;
+}
+
+void *kmp_library_find(void *library, const char *symbol)
+{
+    (void)library, (void)symbol;
+    return NULL;
+}
+
+void kmp_library_close(void *library)
+{
+    (void)library;
+}
+
+const char *kmp_library_reason(void)
+{
+    return "WebAssembly has no shared libraries";
+}
+
+#else
+
 void *kmp_library_open(const char *name)
 {
     return dlopen(name, name ? RTLD_NOW | RTLD_LOCAL : RTLD_LAZY);
@@ -664,6 +756,8 @@ const char *kmp_library_reason(void)
     const char *why = dlerror();
     return why ? why : "unknown error of the loader";
 }
+
+#endif
 
 #ifdef __APPLE__
 const char kmp_library_ending[] = ".dylib";
