@@ -1,18 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The demands of each closure, as geometry: lists of scalar jets that stay zero along the motion. Gradients by the bodies'
 velocities, and the terms of the acceleration without any acceleration of the bodies, are derivatives of these."""
+import functools
+
 import numpy as np
 
 from convention import broken
 from expression_values import FUNCTIONS
-from jets import dot, matmul, matvec, transposed
+from jets import cross, dot, matmul, matvec, transposed
 from mechanism import normal
 
 
 def across(axis):
-    """Two unit vectors across an axis."""
-    first = normal(np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
-    return first, np.cross(axis, first)
+    """Two unit vectors across an axis, which is fixed in a body."""
+    return both_across(*axis)
+
+
+@functools.lru_cache(1000)
+def both_across(*axis):
+    axis = np.array(axis)
+    first = normal(cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
+    return first, cross(axis, first)
 
 
 class Ends:

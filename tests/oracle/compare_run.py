@@ -5,6 +5,7 @@ import numpy as np
 
 import closure_residuals
 from convention import broken
+from jets import cross
 from mechanics import Motion
 from collocated_motion import Integration
 
@@ -278,10 +279,10 @@ class Comparison:
         first = turns[-1 if joint.turned else 0]
         on_parent = joint.turned if broken("bodies of loads of joints") else joint.loads_parent
         middle, shown = begin if first else end, begin if on_parent else end
-        force, moment = whole[:, :3], whole[:, 3:] - np.cross(middle - motion.r[:, c], whole[:, :3])
+        force, moment = whole[:, :3], whole[:, 3:] - cross(middle - motion.r[:, c], whole[:, :3])
         if not broken("efforts in loads of joints"):
             force, moment = across(force, moves[:, :3, ~turns]), across(moment, moves[:, 3:, turns])
-        moment = moment - np.cross(shown - middle, force)
+        moment = moment - cross(shown - middle, force)
         return (-1.0 if on_parent else 1.0) * np.concatenate([force, moment], 1)
 
     def compare_reaction(self, item, got):
@@ -301,7 +302,7 @@ class Comparison:
             if body >= 0:
                 b = 6 * body
                 total[:, b:b + 3] += sign * force
-                total[:, b + 3:b + 6] += sign * (moment + np.cross(place - motion.r[:, body], force))
+                total[:, b + 3:b + 6] += sign * (moment + cross(place - motion.r[:, body], force))
         return np.einsum("tkn,tk->tn", motion.columns, total)
 
     def compare_multipliers(self):

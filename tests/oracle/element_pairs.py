@@ -2,6 +2,7 @@
 """Machines of random_pairs.py with machine elements: ropes, outlines, cams, gears, a tyre and an element of the library, from equations
 by hand (feature_pairs --elements). A closure by an element leaves one coordinate."""
 import math
+import operator
 
 import numpy as np
 
@@ -14,6 +15,18 @@ FEATURES = [*KINDS, *ELEMENTS, "touch-circle", "touch-flank", "touch-slot", "cam
             "table", "state", "sampled", "counter", "relay", "delay", "friction", "stop", "measure", "input-hold"]
 MUTATIONS = """rope-damping rope-slack touch-radius touch-side gas-exponent cam-bends cam-roller hoist-mass mesh-teeth tyre-slides
 tyre-slip""".split()
+
+
+def at_last_place(f):
+    """The function of coordinates; at the last ones it is not worked out again."""
+    kept = [None, None]
+
+    def found(x):
+        key = tuple(x)
+        if kept[0] != key:
+            kept[:] = key, f(x)
+        return kept[1]
+    return found
 
 
 class ElementPair(Pair):
@@ -52,13 +65,13 @@ class ElementPair(Pair):
         word, place, rate = self.mover()
         n = self.machine.n
 
-        def distance(x):
-            return float(np.linalg.norm(place(x) - (1.5, 0.5, 0)))
-
-        def slopes(x):
-            e = (place(x) - (1.5, 0.5, 0)) / distance(x)
-            return [float(e @ rate(x, [float(j == k) for j in range(n)])) for k in range(n)]
-        return word, distance, lambda x, v: float(np.dot(slopes(x), v)), slopes, lambda x: (place(x) - (1.5, 0.5, 0)) / distance(x)
+        def known(x):
+            away = place(x) - (1.5, 0.5, 0)
+            long = math.hypot(*away)
+            e = away / long
+            return long, e, [float(e @ rate(x, [float(j == k) for j in range(n)])) for k in range(n)]
+        known = at_last_place(known)
+        return word, lambda x: known(x)[0], lambda x, v: sum(map(operator.mul, known(x)[2], v)), lambda x: known(x)[2], lambda x: known(x)[1]
 
     def carry(self):
         """Joints carry the forces of elements, too, across their motion."""
@@ -124,13 +137,11 @@ class ElementPair(Pair):
         self.section("outlines", f"o: {{{outline}}}")
         self.contacts.append(f"touch: {{cylinder: {word}, radius: {r}, on: {{outline: o, at: ground.N}}, {text}}}")
         for gap, normal in surfaces:
-            def depth(t, x, v, gap=gap):
-                return -gap(place(x) - (1.5, 0.5, 0))
-
             def slopes(x, normal=normal):
                 e = normal(place(x) - (1.5, 0.5, 0))
                 return [float(e @ rate(x, [float(j == k) for j in range(n)])) for k in range(n)]
-            _, push = self.law_kinks(depth, lambda t, x, v, slopes=slopes: -float(np.dot(slopes(x), v)), force)
+            slopes, depth = at_last_place(slopes), at_last_place(lambda x, gap=gap: -gap(place(x) - (1.5, 0.5, 0)))
+            _, push = self.law_kinks(lambda t, x, v, depth=depth: depth(x), lambda t, x, v, slopes=slopes: -sum(map(operator.mul, slopes(x), v)), force)
             self.along(slopes, push, lambda x, normal=normal: normal(place(x) - (1.5, 0.5, 0)))
 
     # -- closures by an element

@@ -8,6 +8,7 @@ import numpy as np
 
 from convention import broken
 from expression_values import Table, compiled
+from jets import cross
 from state_values import states_of
 
 KINDS = {"revolute": "Ra", "prismatic": "Ta", "cylindrical": "TaRa", "screw": "TaRa", "universal": "RaRb",
@@ -120,7 +121,7 @@ class Scope:
             (k, second), (i, first) = found
         m[:, i], m[:, k] = first, normal(second - first * (first @ second))
         rest = 3 - i - k
-        m[:, rest] = np.cross(m[:, (rest + 1) % 3], m[:, (rest + 2) % 3])
+        m[:, rest] = cross(m[:, (rest + 1) % 3], m[:, (rest + 2) % 3])
         return m
 
     def pose(self, keys):
@@ -143,10 +144,10 @@ class Scope:
 def shortest_turn(a, b):
     """The rotation about a x b that brings the unit vector a onto b."""
     if broken("shortest turn"):
-        first = normal(np.cross(np.roll(a, 1) + 0.1 * a, b) + 1e-9)
-        here, there = np.stack([a, np.roll(a, 1), np.roll(a, 2)], 1), np.stack([b, first, np.cross(b, first)], 1)
+        first = normal(cross(np.roll(a, 1) + 0.1 * a, b) + 1e-9)
+        here, there = np.stack([a, np.roll(a, 1), np.roll(a, 2)], 1), np.stack([b, first, cross(b, first)], 1)
         return there @ here.T
-    v, c = np.cross(a, b), a @ b
+    v, c = cross(a, b), a @ b
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     return np.eye(3) + k + k @ k / (1 + c)
 
@@ -225,7 +226,7 @@ class Mechanism:
             b_axis = scope.axis(b)
             b_axis = normal(b_axis - a_axis * (a_axis @ b_axis))
         b_axis = -b_axis if kind == "universal" and broken("axis of universal joints") else b_axis
-        axes = {"a": a_axis, "b": b_axis, "c": np.cross(a_axis, b_axis)}
+        axes = {"a": a_axis, "b": b_axis, "c": cross(a_axis, b_axis)}
         word = KINDS[kind]
         return [(word[i] == "R", axes[word[i + 1]]) for i in range(0, len(word), 2)]
 
