@@ -709,6 +709,15 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
     }
 }
 
+void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (c->s->events.condition[k].at_start && c->change[k] < 0) {
+            atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
+            kmp_run_log_add(c->plan.log, "event", t, NAN, NAN, "%s, at the start", c->s->event_text[k]);
+        }
+}
+
 kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 {
     bool any = false;
@@ -721,9 +730,7 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
     KMP_TRY(kmp_event_tracker_look(c, t));
     kmp_event_tracker_hold_free(c, NULL, c->change);
     event_tracker_tell(c, t, c->change);
-    for (int k = 0; k < c->s->events.count; k++)
-        if (c->s->events.condition[k].at_start && c->change[k] < 0)
-            kmp_run_log_add(c->plan.log, "event", t, NAN, NAN, "%s, at the start", c->s->event_text[k]);
+    kmp_event_tracker_mark_start(c, t);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;
@@ -774,6 +781,8 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     } else {
         kmp_eval_set_mode(c->eval, k, holds);
         note_event(c, k, t, holds);
+        if (holds && c->s->events.condition[k].at_start)
+            atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
     }
     past->last = t;
     past->most = 0;

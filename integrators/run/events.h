@@ -163,6 +163,9 @@ void kmp_event_tracker_put_beyond(const kmp_event_tracker *tracker, double t, do
  * side in an evaluation before (NULL: there is none) stays free. */
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change);
 
+/** Logs the conditions of which a run warns, where they hold at the start of the run, and notes them for ensembles. */
+void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t);
+
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_event_tracker_first_end(const kmp_event_tracker *c);
 

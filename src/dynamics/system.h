@@ -124,8 +124,8 @@ struct kempe_system {
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
     int use_count;
     kmp_table_use *use; /* of tables in outputs: the arguments follow the outputs in their stage */
-    atomic_bool *left;  /* the table of a condition that is told, then of both ends of a use, was left in some run; runs
-                         * in  parallel */
+    atomic_bool *left;  /* of a condition: its table was left, or it held where a run warns of it, in some run; then of
+                         * both ends of a use. Runs are parallel */
     int chart_count;    /* joints with inputs KMP_IN_CHART, nine each */
     int *chart_first;   /* their first rotations */
     bool *chart_before; /* the chart comes before them, otherwise after */

@@ -3,6 +3,8 @@
  * transient slip and steady cornering against closed forms, roads that move or rise, and what is wrong in a model or a
  * file. */
 /* wings: road analyses ensemble */
+#include "base/context.h"
+#include "base/memory.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
@@ -537,6 +539,47 @@ static void the_log_names_ranges(void)
     }
 }
 
+/* The same of instances, in lanes and by themselves: of five loads none, the last one, or the last one later, below its
+ * range. */
+static void an_ensemble_names_ranges(void)
+{
+    static const struct {
+        double load, rise;
+        bool warns;
+    } cases[] = {{4000, 0, false}, {100, 0, true}, {4000, 9.7, true}};
+    for (int k = 0; k < 6; k++) {
+        char text[2048], *start;
+        const state at = {4000, 0, 0, 0};
+        write_wheel(text, sizeof text, &at, CAR);
+        start = strstr(text, "start:");
+        (void)snprintf(start, (size_t)(text + sizeof text - start),
+                       "parameters: {z0: 0.3, w0: 0}\nstart: {q: {z: z0}, qd: {x: 20, z: w0, spin: 66}}\n");
+        loaded l = load_text_as(text, HERE);
+        static const char *const names[] = {"z0", "w0"};
+        double values[10] = {0};
+        for (int i = 0; i < 5; i++) {
+            const bool last = i == 4;
+            values[2 * i] = radius - (last ? cases[k / 2].load : 4000 + 10 * i) / stiffness;
+            values[2 * i + 1] = last ? cases[k / 2].rise : 0;
+        }
+        const kempe_run_options options = {.t_end = 0.002};
+        kempe_values *set = NULL;
+        kempe_ensemble *e = NULL;
+        kempe_ensemble_result *batch = NULL;
+        CHECK(l.model && kempe_values_new(l.model, 2, names, 5, values, &set) == KEMPE_OK &&
+              kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
+              kempe_ensemble_run(e, &options, k % 2 ? 1 : 4, &batch) == KEMPE_OK);
+        char *said = kmp_context_warnings(l.context);
+        CHECK(said && cases[k / 2].warns ==
+                          (strstr(said, "in instances: tyre 'T' is outside FZMIN .. FZMAX of its file") != NULL));
+        kmp_free(said);
+        kempe_ensemble_result_free(batch);
+        kempe_ensemble_free(e);
+        kempe_values_free(set);
+        unload(&l);
+    }
+}
+
 /* -- files ------------------------------------------------------------------------------------------------ */
 
 static void write_file(const char *name, const char *text)
@@ -690,6 +733,7 @@ int main(void)
     TEST(joints_carry_tyres);
     TEST(the_log_names_ranges);
     TEST(a_wheel_that_falls_on_its_side_ends_the_run);
+    TEST(an_ensemble_names_ranges);
     TEST(units_of_a_file);
     TEST(refused_files);
     TEST(refused_models);

@@ -116,8 +116,8 @@ static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const 
     return part->second ? kmp_select(g, before, own, other) : kmp_select(g, before, other, own);
 }
 
-/* 1 where the solid of a sharp corner is on the free side of the line that it touches, otherwise 0. Where two corners
- * meet, this selects the side: a block that slides over the edge of a table does not strike it. */
+/* 1 where the solid of a sharp corner is on the free side of the line that it touches, otherwise 0. So a block
+ * slides over the edge of a table without striking it. */
 static kmp_ref faces(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
                      kmp_ref y)
 {

@@ -235,6 +235,7 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
         memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
     }
     kmp_event_tracker_hold_free(c, NULL, c->change);
+    kmp_event_tracker_mark_start(c, x->t);
     keep_modes(e, x);
     return kmp_event_tracker_first_end(c) < 0;
 }

@@ -206,19 +206,23 @@ static kempe_status run_all(shared_run *r)
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
-/* Reports the tables that instances have left, or forgets earlier ones. */
-static void tell_tables(kmp_ensemble *e, bool tells)
+/* Reports the tables that instances have left and the conditions of which a run warns, or forgets earlier ones. */
+static void tell_conditions(kmp_ensemble *e, bool tells)
 {
     const kempe_system *s = e->engine[0]->s;
     for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
         const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-        if (condition && !condition->told)
+        if (condition && !condition->told && !condition->at_start)
             continue;
         bool left = false; /* takes the marks of all engines */
         for (int i = 0; i < KMP_TEAM_MOST; i++)
             left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
         if (!left || !tells)
             continue;
+        if (condition && condition->at_start) {
+            kmp_log(e->model->context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
+            continue;
+        }
         const int of_use = k - s->events.count;
         const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];
         const kmp_named_table *table = condition ? condition->expr->table : &s->model->tables[use->table];
@@ -276,11 +280,11 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     const bool quiet = kmp_context_quiet(context, true);
-    tell_tables(e, false);
+    tell_conditions(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
     e->work.doubted = open;
-    tell_tables(e, true);
+    tell_conditions(e, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {
