@@ -621,13 +621,10 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     double count;
     if (!node)
         return;
-    if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
-        fail(e);
-    } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
-        complain(e, node, "%s are %.6g: a whole number from 0 to %d is expected", what, count, KMP_BEAM_MOST);
-    } else {
+    if (kmp_read_whole(e->r, node, what, "are", 0, KMP_BEAM_MOST, &count))
         e->beam.count[family] = (int)count;
-    }
+    else
+        fail(e);
 }
 
 static void read_shapes(entry *e, const kmp_yaml *map)

@@ -58,7 +58,6 @@ static const struct {
 /* A file being read. */
 typedef struct source {
     kmp_reader *r;
-    const kmp_yaml *node;
     const char *what;
     kmp_tir_file *tir;
     kmp_place place;    /* of the present line */
@@ -67,7 +66,7 @@ typedef struct source {
     char format[32], section[40];
     double inflated, nominal; /* pressures, in the unit of the file; 0: not given */
     bool pressed;             /* it has coefficients of the pressure */
-    bool good, read, skips;   /* the rows of a table follow */
+    bool good, skips;         /* skips: the rows of a table follow */
     kmp_text unused;
     int unused_count;
 } source;
@@ -285,10 +284,8 @@ static void check_complete(source *s)
 
 bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir_file *tir)
 {
-    source s = {.r = r, .node = node, .what = what, .tir = tir, .unit = {1, 1, 1, 1, 1}};
+    source s = {.r = r, .what = what, .tir = tir, .unit = {1, 1, 1, 1, 1}, .fit = -1, .good = true};
     size_t length;
-    s.fit = -1;
-    s.good = true;
     *tir = (kmp_tir_file){.mode = -1};
     if (!kmp_read_word(r, node, what))
         return false;
@@ -312,7 +309,7 @@ bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir
     tir->unused_count = s.unused_count;
     tir->unused = s.unused_count > 0 ? kmp_reader_take(r, &s.unused) : NULL;
     kmp_text_free(&s.unused);
-    s.read = text;
+    const bool read = text;
     kmp_free(text);
-    return s.good && s.read;
+    return s.good && read;
 }
