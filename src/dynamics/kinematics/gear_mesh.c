@@ -153,7 +153,6 @@ static void put_parallel(const kmp_tree *tree, const kmp_gear *gear, kmp_gear_me
         larger = kmp_div(g, mesh->distance, of_module);
     }
     put_angles(tree, gear, larger, mesh);
-    mesh->lever[1] = mesh->radius[1];
 }
 
 static void put_rack(const kmp_tree *tree, const kmp_gear *gear, kmp_gear_mesh *mesh)
@@ -198,7 +197,6 @@ static void put_bevel(const kmp_tree *tree, const kmp_gear *gear, kmp_gear_mesh 
         radius = kmp_mul(g, kmp_const(g, gear->teeth[0] / 2), number(tree, gear, KMP_GEAR_MODULE));
     mesh->radius[0] = radius;
     mesh->radius[1] = kmp_mul(g, radius, kmp_div(g, size[1], size[0]));
-    mesh->lever[1] = mesh->radius[1];
     mesh->distance = KMP_ZERO;
     const kmp_vec cone = kmp_vec_add(g, kmp_vec_scale(g, out, e[0]), kmp_vec_scale(g, up, radial));
     mesh->pitch = kmp_vec_add(g, apex, kmp_vec_scale(g, kmp_div(g, radius, up), cone));
@@ -236,7 +234,6 @@ static void put_worm(const kmp_tree *tree, const kmp_gear *gear, kmp_gear_mesh *
     mesh->apart = radial;
     mesh->separating = kmp_mul(g, tangent(g, number(tree, gear, KMP_GEAR_PRESSURE)),
                                kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, lead, lead))));
-    mesh->lever[1] = mesh->radius[1];
     mesh->lever[0] = kmp_div(g, mesh->radius[1], ratio);
 }
 
@@ -247,8 +244,8 @@ kmp_gear_mesh kmp_gear_mesh_of(const kmp_tree *tree, const kmp_closure *closure)
     kmp_gear_mesh mesh = {0};
     find_wheels(tree, closure, &mesh);
     put[closure->gear->form](tree, closure->gear, &mesh);
-    if (closure->gear->form != KMP_GEAR_WORM)
-        mesh.lever[0] = mesh.radius[0];
+    for (int k = 0; k < 2; k++)
+        mesh.lever[k] = mesh.lever[k] == KMP_ZERO ? mesh.radius[k] : mesh.lever[k];
     return mesh;
 }
 

@@ -56,20 +56,21 @@ static complex_ref power_of(kmp_graph *g, complex_ref z, int n)
     return result;
 }
 
-/* The place as it is at the first copy when the nearest one, or the second nearest, is turned there. *before: 1 where
- * the second nearest one is the copy before the nearest one, 0 where it is the copy behind it. */
-static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool second, kmp_ref *x, kmp_ref *y,
-                       kmp_ref *before)
+/* The place as it is at the first copy when the nearest one, or the second nearest, is turned there, if there are
+ * copies. Returned: 1 where the second nearest one is the copy before the nearest one, 0 where it is the copy behind
+ * it. */
+static kmp_ref fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool second, kmp_ref *x, kmp_ref *y)
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_fold *fold = part->fold;
+    if (!fold)
+        return KMP_ZERO;
     const int n = fold->copies;
     const kmp_ref size = kmp_sqrt(g, kmp_add(g, kmp_mul(g, *x, *x), kmp_mul(g, *y, *y)));
     const complex_ref unit = {kmp_div(g, *x, size), kmp_div(g, *y, size)};
     const complex_ref back = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
     const complex_ref turned = times(g, power_of(g, unit, n), back);
     const kmp_ref right = stands(tree, part, fold, turned.im, KMP_OUTLINE_FOLD_LAG, "nearest copy");
-    *before = right;
     const kmp_ref quarter = kmp_const(g, KMP_TURN / 4), one = kmp_const(g, 1.0 / n);
     const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
     const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned.re, kmp_neg(turned.im)), quarter);
@@ -81,6 +82,7 @@ static void fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool 
     angle = kmp_add(g, angle, kmp_const(g, fold->middle));
     *x = kmp_mul(g, size, kmp_cos(g, angle));
     *y = kmp_mul(g, size, kmp_sin(g, angle));
+    return right;
 }
 
 static kmp_ref along(kmp_graph *g, const double direction[2], const double from[2], kmp_ref x, kmp_ref y)
@@ -108,10 +110,10 @@ static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const 
 {
     kmp_graph *g = tree->graph;
     const kmp_ref own = is_beyond(tree, part, part->low, x, y);
-    kmp_ref before, other_x = place->at.x[0], other_y = place->at.x[1];
+    kmp_ref other_x = place->at.x[0], other_y = place->at.x[1];
     if (!part->fold || !part->before)
         return own;
-    fold_place(tree, part, !part->second, &other_x, &other_y, &before);
+    const kmp_ref before = fold_place(tree, part, !part->second, &other_x, &other_y);
     const kmp_ref other = is_beyond(tree, part, part->before->high[0], other_x, other_y);
     return part->second ? kmp_select(g, before, own, other) : kmp_select(g, before, other, own);
 }
@@ -355,9 +357,8 @@ static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, cons
 {
     kmp_graph *g = tree->graph;
     const run_rows rows = rows_of(g, first);
-    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
-    if (first->fold)
-        fold_place(tree, first, first->second, &x, &y, &before);
+    kmp_ref x = place->at.x[0], y = place->at.x[1];
+    (void)fold_place(tree, first, first->second, &x, &y);
     const kmp_ref index = index_of(tree, first, place, x, y);
     const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
     const kmp_ref ox = number_of(g, &rows, COLUMN_OUT_X, index), oy = number_of(g, &rows, COLUMN_OUT_Y, index);
@@ -381,9 +382,8 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
-    if (part->fold)
-        fold_place(tree, part, part->second, &x, &y, &before);
+    kmp_ref x = place->at.x[0], y = place->at.x[1];
+    (void)fold_place(tree, part, part->second, &x, &y);
     if (part->next)
         return run_gap(tree, part, place, x, y, radius);
     const kmp_ref height = height_of(g, &part->piece, x, y);
@@ -433,9 +433,8 @@ void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, con
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
-    if (part->fold)
-        fold_place(tree, part, part->second, &x, &y, &before);
+    kmp_ref x = place->at.x[0], y = place->at.x[1];
+    (void)fold_place(tree, part, part->second, &x, &y);
     if (part->next)
         run_normal(tree, part, place, x, y, normal);
     else
@@ -456,10 +455,9 @@ static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const 
 {
     kmp_graph *g = tree->graph;
     const kmp_piece *piece = &part->piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1], before;
+    kmp_ref x = place->at.x[0], y = place->at.x[1];
     double middle[2], normal[2];
-    if (part->fold)
-        fold_place(tree, part, part->second, &x, &y, &before);
+    (void)fold_place(tree, part, part->second, &x, &y);
     kmp_piece_tangent(piece, false, middle);
     if (!piece->arc)
         return along(g, middle, piece->from, x, y);

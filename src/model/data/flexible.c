@@ -2,6 +2,7 @@
 /* The order of a flexible body's numbers in their block; what it is without deformation. */
 #include "model/data/flexible.h"
 #include "model/data/model.h"
+#include "model/language/number_algebra.h"
 #include <stddef.h>
 
 const char *const kmp_stiffening_words[3] = {"none", "first", "full"};
@@ -42,20 +43,16 @@ void kmp_flexible_lay(kmp_flexible *f, kmp_number *numbers)
     }
 }
 
-static bool is_nothing(kmp_number a)
-{
-    return a.value == 0 && !a.expr;
-}
-
 bool kmp_flexible_joint_moves(const kmp_flexible *flexible)
 {
     const kmp_station *station = &flexible->stations[0];
     const int n = flexible->count;
     bool moved = false;
     for (int k = 0; k < 3 * n && flexible->frame != KMP_FRAME_MEAN; k++)
-        moved = moved || !is_nothing(station->shift[k]) || !is_nothing(station->turn[k]);
+        moved = moved || !kmp_number_is_nothing(station->shift[k]) || !kmp_number_is_nothing(station->turn[k]);
     for (int k = 0; k < 3 * n * n && flexible->frame != KMP_FRAME_MEAN; k++)
-        moved = moved || !is_nothing(station->shift_more[k]) || !is_nothing(station->turn_more[k]);
+        moved =
+            moved || !kmp_number_is_nothing(station->shift_more[k]) || !kmp_number_is_nothing(station->turn_more[k]);
     return moved;
 }
 

@@ -74,14 +74,12 @@ static int to_point(walk *w, int p)
     const int body = to_body(w, w->m->points[p].body);
     if (!w->arena || w->owner[p] == w->part)
         return w->arena ? w->point[p] : p;
-    kmp_point *points = kmp_arena_room(w->arena, w->to->points, w->to->point_count, sizeof *points);
-    if (!points)
+    if (!KMP_ARENA_GROW(w->arena, w->to->points, w->to->point_count))
         return 0;
-    w->to->points = points;
     w->owner[p] = w->part;
     w->point[p] = w->to->point_count;
-    points[w->to->point_count] = w->m->points[p];
-    points[w->to->point_count].body = body;
+    w->to->points[w->to->point_count] = w->m->points[p];
+    w->to->points[w->to->point_count].body = body;
     return w->to->point_count++;
 }
 

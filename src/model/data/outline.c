@@ -181,9 +181,11 @@ static bool is_convex(const kmp_piece *piece)
     return !piece->arc || (piece->turn >= 0 && piece->turn <= KMP_TURN / 2);
 }
 
-/* Runs are as long as all their pieces are on the border of one convex shape. */
-static void find_runs(kmp_outline *outline)
+bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
 {
+    if (!make_pieces(arena, edges, count, outline, wrong))
+        return false;
+    /* runs are as long as all their pieces are on the border of one convex shape */
     const double slack = KMP_OUTLINE_TANGENT * kmp_outline_size(outline);
     for (int k = 0, first = 0; k < outline->piece_count; k++) {
         kmp_piece *piece = &outline->pieces[k];
@@ -196,13 +198,6 @@ static void find_runs(kmp_outline *outline)
         }
         piece->run = outline->run_count - 1;
     }
-}
-
-bool kmp_outline_make(kmp_arena *arena, const kmp_outline_edge *edges, int count, kmp_outline *outline, int *wrong)
-{
-    if (!make_pieces(arena, edges, count, outline, wrong))
-        return false;
-    find_runs(outline);
     return true;
 }
 

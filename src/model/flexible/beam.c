@@ -9,6 +9,7 @@
 #include "model/flexible/beam.h"
 #include "model/flexible/beam_fields.h"
 #include "model/language/expression_value.h"
+#include "model/language/number_algebra.h"
 #include <math.h>
 #include <string.h>
 
@@ -96,11 +97,6 @@ static kmp_number plain_moment(const maker *m, const kmp_taper *by, int exponent
         sum = kmp_number_add(m->arena, sum, kmp_number_scale(m->arena, mean, scaled(m, share.c, exponent)));
     }
     return sum;
-}
-
-static bool is_nothing(kmp_number a)
-{
-    return a.value == 0 && !a.expr;
 }
 
 static void add(const maker *m, kmp_number *to, kmp_number number)
@@ -411,7 +407,7 @@ static void put_station(const maker *m, kmp_station *station, kmp_number x)
     for (int c = 0; c < 3; c++)
         station->section[c] = kmp_taper_at(m->arena, &m->beam->section[c], xi);
     put_strained(m, station, xi);
-    if (is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
+    if (kmp_number_is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
         return;
     for (int k = 0; k < n; k++)
         for (int c = 0; c < 3; c++) {
@@ -474,7 +470,7 @@ static void put_damping(const maker *m)
             add(m, d, kmp_number_times(m->arena, m->beam->rayleigh[0], mass_of(m, k, l)));
             add(m, d, kmp_number_times(m->arena, m->beam->rayleigh[1], m->to->stiffness[n * k + l]));
         }
-    if (is_nothing(m->beam->ratio))
+    if (kmp_number_is_nothing(m->beam->ratio))
         return;
     for (int k = 0; k < n && !m->beam->raw; k++) {
         const kmp_number product = kmp_number_times(m->arena, m->to->stiffness[n * k + k], mass_of(m, k, k));

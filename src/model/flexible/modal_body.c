@@ -549,14 +549,14 @@ int kmp_modal_add_nodes(kmp_modal_body *b, int count, const int *nodes)
 {
     const double line = 1e-9; /* of the largest moment of inertia */
     const int n = b->count;
-    kmp_modal_place *places = kmp_arena_room(b->arena, b->places, b->place_count, sizeof *places), place = {.at = {0}};
+    kmp_modal_place place = {.at = {0}};
     double centre[3], values[3], axes[9];
     int *about;
     far *order;
-    if (!places || !KMP_ARENA_MAKE(b->arena, KMP_ROOM(double, 3 * n, &place.shift, &place.turn),
-                                   KMP_ROOM(int, b->node_count, &about), KMP_ROOM(far, b->node_count, &order)))
+    if (!KMP_ARENA_GROW(b->arena, b->places, b->place_count) ||
+        !KMP_ARENA_MAKE(b->arena, KMP_ROOM(double, 3 * n, &place.shift, &place.turn),
+                        KMP_ROOM(int, b->node_count, &about), KMP_ROOM(far, b->node_count, &order)))
         return -1;
-    b->places = places;
     centre_of(b, count, nodes, place.at);
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3 * n; k++)

@@ -279,13 +279,11 @@ static bool take_places(const reading *f, kmp_modal_body *b)
     double *more = turn && has(f, "interface_H") ? numbers(f, "interface_H", 4, SHAPE(p, 3, n, n)) : NULL;
     f->source->to->names = names.word;
     for (size_t k = 0; k < p && turn; k++) {
-        kmp_modal_place *places = kmp_arena_room(f->source->arena, b->places, b->place_count, sizeof *places);
-        if (!places)
+        if (!KMP_ARENA_GROW(f->source->arena, b->places, b->place_count))
             return false;
-        b->places = places;
-        places[b->place_count] = (kmp_modal_place){
+        b->places[b->place_count] = (kmp_modal_place){
             .shift = shift + 3 * n * k, .turn = turn + 3 * n * k, .more = more ? more + 3 * n * n * k : NULL};
-        memcpy(places[b->place_count++].at, at + 3 * k, 3 * sizeof *at);
+        memcpy(b->places[b->place_count++].at, at + 3 * k, 3 * sizeof *at);
     }
     return turn && f->source->why->length == 0;
 }

@@ -17,11 +17,6 @@ kmp_taper kmp_taper_constant(kmp_number number)
     return (kmp_taper){.count = 1, .c = {number}};
 }
 
-static bool is_nothing(kmp_number a)
-{
-    return a.value == 0 && !a.expr;
-}
-
 /* -- pieces ------------------------------------------------------------------------------------------ */
 
 static double end_of(const kmp_taper *a)
@@ -97,7 +92,7 @@ bool kmp_taper_is_nothing(const kmp_taper *a)
 {
     bool nothing = true;
     for (int k = 0; k < kmp_taper_shares(a); k++)
-        nothing = nothing && is_nothing(kmp_taper_share_of(a, k).c);
+        nothing = nothing && kmp_number_is_nothing(kmp_taper_share_of(a, k).c);
     return nothing;
 }
 
@@ -106,7 +101,7 @@ bool kmp_taper_is_nothing(const kmp_taper *a)
 /* Adds factor * a to term j. */
 static void add_to_term(kmp_arena *arena, kmp_taper *to, int j, double factor, kmp_number a)
 {
-    if (factor == 0 || is_nothing(a))
+    if (factor == 0 || kmp_number_is_nothing(a))
         return;
     for (; to->count <= j; to->count++)
         to->c[to->count] = (kmp_number){.value = 0};

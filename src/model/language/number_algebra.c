@@ -74,6 +74,11 @@ static bool is_same(const kmp_expr *a, const kmp_expr *b)
            is_same(a->c, b->c);
 }
 
+bool kmp_number_is_nothing(kmp_number a)
+{
+    return a.value == 0 && !a.expr;
+}
+
 bool kmp_number_same(kmp_number a, kmp_number b)
 {
     return a.value == b.value && is_same(a.expr, b.expr);

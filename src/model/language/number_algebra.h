@@ -19,5 +19,8 @@ kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a);
 
 kmp_number kmp_number_tanh(kmp_arena *arena, kmp_number a);
 
+/** True for a zero that does not depend on parameters. */
+bool kmp_number_is_nothing(kmp_number a);
+
 /** True if both have one value and one expression of parameters, written alike, or none. */
 bool kmp_number_same(kmp_number a, kmp_number b);

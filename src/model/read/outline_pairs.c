@@ -301,10 +301,9 @@ static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, con
     kmp_cross3(w[0], w[1], n);
     if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_OUTLINE_STRAIGHT
               : kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT)
-        return kmp_reader_complain(r, map->place,
-                                   plane ? "%s: the normal of the plane is not in the x-y plane of the outline"
-                                         : "%s: the axes z of both outlines are not parallel",
-                                   what);
+        return kmp_complain_of(r, map, what,
+                               plane ? "the normal of the plane is not in the x-y plane of the outline"
+                                     : "the axes z of both outlines are not parallel");
     return true;
 }
 

@@ -199,30 +199,29 @@ static bool read_line(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
 }
 
 /* Finds what the lift is counted from, by the radius of the path on the base circle. */
-static bool find_base(kmp_reader *r, kmp_place place, const char *what, double radius, kmp_cam *cam)
+static bool find_base(kmp_reader *r, const kmp_yaml *node, const char *what, double radius, kmp_cam *cam)
 {
     const double l = fabs(cam->arm), a = cam->pivot;
     cam->base = radius;
     if (cam->arm != 0) {
         if (!(radius > fabs(a - l) && radius < a + l))
-            return kmp_reader_complain(
-                r, place,
-                "%s: a lever of %.6g m at the distance %.6g m does not reach the base circle: its "
-                "roller is %.6g m from the centre there",
-                what, l, a, radius);
+            return kmp_complain_of(r, node, what,
+                                   "a lever of %.6g m at the distance %.6g m does not reach the base circle: its "
+                                   "roller is %.6g m from the centre there",
+                                   l, a, radius);
         cam->base = acos((a * a + l * l - radius * radius) / (2 * a * l));
     } else if (cam->offset != 0) {
         if (!(radius > fabs(cam->offset)))
-            return kmp_reader_complain(r, place, "%s: the offset is %.6g m, the base circle reaches only %.6g m", what,
-                                       cam->offset, radius);
+            return kmp_complain_of(r, node, what, "the offset is %.6g m, the base circle reaches only %.6g m",
+                                   cam->offset, radius);
         cam->base = sqrt(radius * radius - cam->offset * cam->offset);
     }
     const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? KMP_TURN / 2 : INFINITY;
     for (int k = 0; k < cam->part_count; k++) {
         const double at = cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from);
         if (!(at > least && at < most))
-            return kmp_reader_complain(r, place, "%s: the lift at %.6g deg is %s the centre of the cam", what,
-                                       cam->parts[k].from / DEGREE, at > least ? "beyond" : "below");
+            return kmp_complain_of(r, node, what, "the lift at %.6g deg is %s the centre of the cam",
+                                   cam->parts[k].from / DEGREE, at > least ? "beyond" : "below");
     }
     return true;
 }
@@ -240,11 +239,11 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
         !kmp_read_fixed_ruled(r, base, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius) ||
         kmp_read_choice_of(r, follower, "flat", its, kmp_yes, "flat is", 0) < 0)
         return false;
-    if (!find_base(r, node->place, what, radius + cam->radius, cam))
+    if (!find_base(r, node, what, radius + cam->radius, cam))
         return false;
     const kmp_cam_follower own = {outline, cam->form, cam->radius};
     kmp_cam_check hollow;
-    if (!kmp_check_follower(r, map->place, what, &own))
+    if (!kmp_check_follower(r, map, what, &own))
         return false;
     if (kmp_cam_is_hollow(cam, &hollow))
         kmp_reader_warn(
@@ -257,41 +256,39 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
 
 /* -- followers --------------------------------------------------------------------------------------------- */
 
-bool kmp_check_follower(kmp_reader *r, kmp_place place, const char *what, const kmp_cam_follower *follower)
+bool kmp_check_follower(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_cam_follower *follower)
 {
     const kmp_outline *outline = follower->outline;
     if (!kmp_outline_is_smooth(outline))
-        return kmp_reader_complain(
-            r, place,
-            "%s: the outline '%s' is not a cam: a cam is smooth, a 'circle', 'polar', 'points' or "
-            "'law'",
-            what, outline->name);
+        return kmp_complain_of(r, map, what,
+                               "the outline '%s' is not a cam: a cam is smooth, a 'circle', 'polar', 'points' or "
+                               "'law'",
+                               outline->name);
     if (!outline->cam) /* a circle */
         return true;
     const kmp_cam_check found = kmp_cam_find_fault(outline->cam, follower);
     const double angle = found.angle / DEGREE, radius = fabs(1 / found.curvature);
     switch (found.fault) {
     case KMP_CAM_HOLLOW:
-        return kmp_reader_complain(
-            r, place,
-            "%s: the profile of '%s' is hollow with radius %.6g m at the polar angle %.6g deg: a "
-            "roller of radius %.6g m touches it at two places",
-            what, outline->name, radius, angle, follower->radius);
+        return kmp_complain_of(r, map, what,
+                               "the profile of '%s' is hollow with radius %.6g m at the polar angle %.6g deg: a "
+                               "roller of radius %.6g m touches it at two places",
+                               outline->name, radius, angle, follower->radius);
     case KMP_CAM_UNDERCUT:
-        return kmp_reader_complain(r, place,
-                                   "%s: the profile of '%s' has a cusp at the polar angle %.6g deg (undercut): take a "
-                                   "larger base, a longer part%s",
-                                   what, outline->name, angle,
-                                   follower->form == KMP_FOLLOWER_ROLLER ? " or a smaller roller" : "");
+        return kmp_complain_of(r, map, what,
+                               "the profile of '%s' has a cusp at the polar angle %.6g deg (undercut): take a "
+                               "larger base, a longer part%s",
+                               outline->name, angle,
+                               follower->form == KMP_FOLLOWER_ROLLER ? " or a smaller roller" : "");
     case KMP_CAM_NOT_FLAT:
-        return kmp_reader_complain(r, place,
-                                   "%s: the profile of '%s' is hollow at the polar angle %.6g deg, radius %.6g m: a "
-                                   "flat face touches it at two places",
-                                   what, outline->name, angle, radius);
+        return kmp_complain_of(r, map, what,
+                               "the profile of '%s' is hollow at the polar angle %.6g deg, radius %.6g m: a "
+                               "flat face touches it at two places",
+                               outline->name, angle, radius);
     case KMP_CAM_NOT_ROUND:
-        return kmp_reader_complain(r, place,
-                                   "%s: the profile of '%s' turns back about the origin at the polar angle %.6g deg",
-                                   what, outline->name, angle);
+        return kmp_complain_of(r, map, what,
+                               "the profile of '%s' turns back about the origin at the polar angle %.6g deg",
+                               outline->name, angle);
     case KMP_CAM_GOOD:
         break;
     }
@@ -322,5 +319,5 @@ void kmp_read_follower(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
     if (follower->form == KMP_FOLLOWER_FLAT && !kmp_stays_across(r->model, &face, &z))
         kmp_complain_of(r, map, what,
                         "the normal of the face does not stay in the plane of the cam, across its axis z");
-    (void)kmp_check_follower(r, map->place, what, follower);
+    (void)kmp_check_follower(r, map, what, follower);
 }

@@ -17,4 +17,4 @@ bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, 
 void kmp_read_follower(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure);
 
 /** Reports a follower that does not fit an outline. */
-bool kmp_check_follower(kmp_reader *r, kmp_place place, const char *what, const struct kmp_cam_follower *follower);
+bool kmp_check_follower(kmp_reader *r, const kmp_yaml *map, const char *what, const struct kmp_cam_follower *follower);

@@ -368,19 +368,14 @@ static const kmp_expr *read_of_two(const contact *c, const char *key, int k, kmp
 
 /* -- law ------------------------------------------------------------------------------------------- */
 
-static bool mentions(const char *text, const char *word)
-{
-    return kmp_text_behind_word(text, word);
-}
-
 /* The row of a word: of two the one whose number is given, otherwise the first. */
 static const law_row *find_law(const char *word, const kmp_yaml *map)
 {
     const law_row *found = NULL;
     for (int k = 0; k < law_words.count; k++) {
         const char *force = laws[k].force;
-        bool given = (mentions(force, "damping") && kmp_yaml_get(map, "damping")) ||
-                     (mentions(force, "restitution") && kmp_yaml_get(map, "restitution"));
+        bool given = (kmp_text_behind_word(force, "damping") && kmp_yaml_get(map, "damping")) ||
+                     (kmp_text_behind_word(force, "restitution") && kmp_yaml_get(map, "restitution"));
         if (strcmp(laws[k].word, word) == 0 && (!found || given))
             found = &laws[k];
     }
@@ -391,8 +386,8 @@ bool kmp_contact_keeps_rate(const kmp_yaml *map)
 {
     const kmp_yaml *law = kmp_yaml_get(map, "law"), *force = kmp_yaml_get(map, "force");
     const law_row *row = law && law->kind == KMP_YAML_SCALAR ? find_law(law->text, map) : NULL;
-    return row ? mentions(row->force, "impact")
-               : force && force->kind == KMP_YAML_SCALAR && mentions(force->text, "impact");
+    const char *text = row ? row->force : force && force->kind == KMP_YAML_SCALAR ? force->text : "";
+    return kmp_text_behind_word(text, "impact");
 }
 
 /* True for a sphere on a plane, on a sphere or in one. */
@@ -484,7 +479,7 @@ static void refuse_numbers(const contact *c, const law_row *row, const char *con
 {
     for (int k = 0; k < count; k++) {
         const kmp_yaml *node = kmp_yaml_get(c->map, names[k]);
-        if (node && (!row || !mentions(row->force, names[k])))
+        if (node && (!row || !kmp_text_behind_word(row->force, names[k])))
             KMP_COMPLAIN(c, node, "the law %s has no %s", row ? row->word : "by an expression", names[k]);
     }
 }
@@ -536,10 +531,10 @@ static void read_row(contact *c, const law_row *row)
 {
     static const char *const own[] = {"exponent", "damping", "restitution"};
     kmp_expr_locals *numbers = &c->numbers;
-    const kmp_expr *exponent = read_exponent(c, mentions(row->force, "exponent"));
+    const kmp_expr *exponent = read_exponent(c, kmp_text_behind_word(row->force, "exponent"));
     refuse_numbers(c, row, own, 3);
     for (int k = 1; k < 3; k++)
-        if (mentions(row->force, own[k])) {
+        if (kmp_text_behind_word(row->force, own[k])) {
             (void)kmp_read_required(c->r, c->map, c->what, own[k]);
             const kmp_expr *e =
                 read_given(c, own[k], k == 1 && !c->force->turns ? kmp_dimension_of(row->unit) : KMP_DIM_NUMBER,
@@ -554,7 +549,7 @@ static void read_row(contact *c, const law_row *row)
             kmp_local_put(numbers, own[k], e);
         }
     kmp_local_put(numbers, "exponent", exponent);
-    if (mentions(row->force, "modulus"))
+    if (kmp_text_behind_word(row->force, "modulus"))
         read_johnson(c);
     else
         kmp_local_put(numbers, "stiffness", read_stiffness(c, number_of(c->r, exponent)));

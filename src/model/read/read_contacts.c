@@ -144,7 +144,7 @@ static bool read_cam(const reading *c, const kmp_yaml *node)
                                                                            : KMP_FOLLOWER_KNIFE,
                                    .radius = c->touch->radius[0].value};
     c->touch->side[1].cam = follower;
-    return !c->r->wrong && kmp_check_follower(c->r, c->map->place, c->what, follower);
+    return !c->r->wrong && kmp_check_follower(c->r, c->map, c->what, follower);
 }
 
 static bool read_second(const reading *c, const kmp_yaml *map)

@@ -62,15 +62,7 @@ static bool fail(entry *e)
     return false;
 }
 
-/* An error at a place. */
-static bool complain(entry *e, const kmp_yaml *at, const char *format, ...) __attribute__((format(printf, 3, 4)));
-static bool complain(entry *e, const kmp_yaml *at, const char *format, ...)
-{
-    kmp_text sentence = {0};
-    KMP_TEXT_ARGUMENTS(&sentence, format);
-    kmp_reader_complain(e->r, at->place, "%s", kmp_reader_take(e->r, &sentence));
-    return fail(e);
-}
+#define COMPLAIN(e, at, ...) (kmp_reader_complain((e)->r, (at)->place, __VA_ARGS__), fail(e))
 
 /* The mapping of a part of the body: "the PART of body 'rod'". */
 static bool read_map(entry *e, const kmp_yaml *map, const char *part, const kmp_key *keys)
@@ -97,7 +89,7 @@ static bool read_wanted(entry *e, const kmp_yaml *map, const kmp_key *keys, cons
         return read_unnamed(e, node, say(e, key), KMP_FIELD_POSITIVE, kmp_key_dimension(keys, key), number);
     if (!reason[0])
         return false;
-    return complain(e, map, "the beam of %s has no key '%s': %s", e->body, key, reason);
+    return COMPLAIN(e, map, "the beam of %s has no key '%s': %s", e->body, key, reason);
 }
 
 /* A number, or two of a list. */
@@ -306,7 +298,7 @@ static bool read_dimensions(entry *e, const kmp_yaml *node, const char *kind, bo
         good = read_unnamed(e, own, what, at_end ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, KMP_DIM_LENGTH, &d[k]);
     }
     if (good && ring && !(d[0].value > d[1].value))
-        return complain(e, node, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m", what,
+        return COMPLAIN(e, node, "%s: the outer diameter, %.6g m, is not more than the inner one, %.6g m", what,
                         d[0].value, d[1].value);
     return good;
 }
@@ -383,16 +375,16 @@ static void check_kind(entry *e, const kmp_yaml *node, const char *kind)
     if (!other)
         return;
     if (strcmp(kind, "numbers") == 0)
-        complain(e, node,
+        COMPLAIN(e, node,
                  "the beam of %s has a section by its integrals, which have no dimensions to taper: give "
                  "'rectangle', 'circle' or 'tube'",
                  e->body);
     else if (strcmp(kind, other) != 0)
-        complain(e, node,
+        COMPLAIN(e, node,
                  "the beam of %s begins with the section '%s' and tapers to '%s': all of its sections are of one kind",
                  e->body, kind, other);
     else if (e->beam.sheared)
-        complain(e, node,
+        COMPLAIN(e, node,
                  "the beam of %s has a taper and 'shear: yes': its shear strain is not a polynomial; remove "
                  "one of the two",
                  e->body);
@@ -412,14 +404,14 @@ static void read_taper_station(entry *e, const kmp_yaml *at, int i, double *xi)
     }
     xi[i] = x.value / length;
     if (i == 0 && fabs(xi[0]) > rounding)
-        complain(e, node, "%s is %.6g m: the first one is 0, where the beam begins", what, x.value);
+        COMPLAIN(e, node, "%s is %.6g m: the first one is 0, where the beam begins", what, x.value);
     else if (i == at->count - 1 && fabs(xi[i] - 1) > rounding)
-        complain(e, node, "%s is %.6g m: the last one is the end of the beam, %.6g m", what, x.value, length);
+        COMPLAIN(e, node, "%s is %.6g m: the last one is the end of the beam, %.6g m", what, x.value, length);
     else if (i > 0 && !(xi[i] - xi[i - 1] > rounding))
-        complain(e, node, "%s is %.6g m, which is not beyond the one before it, %.6g m", what, x.value,
+        COMPLAIN(e, node, "%s is %.6g m, which is not beyond the one before it, %.6g m", what, x.value,
                  xi[i - 1] * length);
     else if (!is_fixed_part(e, x))
-        complain(e, node,
+        COMPLAIN(e, node,
                  "%s depends on parameters, so that its part of the length does: write it as a fixed part of "
                  "the length, such as L/2 of a length L",
                  what);
@@ -439,7 +431,7 @@ static void read_stations(entry *e, const kmp_yaml *taper, sections *all)
         return;
     }
     if (at->count < 2 || at->count != list->count) {
-        complain(e, list, "%s has %d station%s and %d section%s: two or more are expected, and as many of both", what,
+        COMPLAIN(e, list, "%s has %d station%s and %d section%s: two or more are expected, and as many of both", what,
                  at->count, at->count == 1 ? "" : "s", list->count, list->count == 1 ? "" : "s");
         return;
     }
@@ -458,7 +450,7 @@ static bool find_sections(entry *e, const kmp_yaml *beam, sections *all)
     static const double ends[2] = {0, 1};
     const kmp_yaml *map = kmp_yaml_get(beam, "section"), *taper = kmp_yaml_get(beam, "taper");
     if (map && has_stations(taper))
-        return complain(e, map,
+        return COMPLAIN(e, map,
                         "the beam of %s has a section and a taper with stations, which has all of its sections: "
                         "remove 'section'",
                         e->body);
@@ -507,7 +499,7 @@ static bool read_shear_modulus(entry *e, const kmp_yaml *map, kmp_number young, 
 {
     const kmp_yaml *shear = kmp_yaml_get(map, "shear"), *ratio = kmp_yaml_get(map, "poisson");
     if (shear && ratio)
-        return complain(e, ratio,
+        return COMPLAIN(e, ratio,
                         "the beam of %s has a shear modulus, which gives Poisson's ratio: remove one of the two",
                         e->body);
     if (shear &&
@@ -516,14 +508,14 @@ static bool read_shear_modulus(entry *e, const kmp_yaml *map, kmp_number young, 
     if (ratio && !kmp_read_number(e->r, ratio, say(e, "poisson"), KMP_DIM_NUMBER, poisson))
         return fail(e);
     if (ratio && !(poisson->value > -1 && poisson->value <= 0.5))
-        return complain(e, ratio, "%s is %.6g: it must be more than -1 and at most 0.5", say(e, "poisson"),
+        return COMPLAIN(e, ratio, "%s is %.6g: it must be more than -1 and at most 0.5", say(e, "poisson"),
                         poisson->value);
     poisson->symbol = 0;
     if (ratio)
         *modulus = over(e, young, scale(e, 2, plus(e, number(1), *poisson)));
     if (shear || ratio || (!has(e, KMP_BEAM_TORSION) && !e->beam.sheared))
         return !e->wrong;
-    return complain(e, map, "the beam of %s has neither 'shear' nor 'poisson': %s needs one of them", e->body,
+    return COMPLAIN(e, map, "the beam of %s has neither 'shear' nor 'poisson': %s needs one of them", e->body,
                     has(e, KMP_BEAM_TORSION) ? "torsion" : "'shear: yes'");
 }
 
@@ -535,7 +527,7 @@ static void read_by_section(entry *e, const kmp_yaml *map)
     section s = {.area = {0}};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (kmp_yaml_get(map, others[k]))
-            complain(e, kmp_yaml_get(map, others[k]),
+            COMPLAIN(e, kmp_yaml_get(map, others[k]),
                      "the beam of %s has a section, which gives '%s': remove one of the two", e->body, others[k]);
     read_wanted(e, map, beam_keys, "young", "its section needs it", &young);
     read_wanted(e, map, beam_keys, "density", "its section needs it", &density);
@@ -565,7 +557,7 @@ static void read_by_numbers(entry *e, const kmp_yaml *map)
     kmp_number inertia[2] = {number(0), number(0)};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (kmp_yaml_get(map, others[k]))
-            complain(e, kmp_yaml_get(map, others[k]), "the beam of %s has '%s' without a section: give the section",
+            COMPLAIN(e, kmp_yaml_get(map, others[k]), "the beam of %s has '%s' without a section: give the section",
                      e->body, others[k]);
     if (e->wrong)
         return;
@@ -590,7 +582,7 @@ static void read_direction(entry *e, const kmp_yaml *map)
     static const double straight[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     double x[3];
     if (along && axes) {
-        complain(e, axes, "the beam of %s has 'axes', which give 'along': remove one of the two", e->body);
+        COMPLAIN(e, axes, "the beam of %s has 'axes', which give 'along': remove one of the two", e->body);
     } else if ((along && !kmp_read_axis(e->r, along, say(e, "along"), x)) ||
                (axes && !kmp_read_axes(e->r, axes, say(e, "axes"), e->beam.axes))) {
         fail(e);
@@ -621,13 +613,10 @@ static void read_count(entry *e, const kmp_yaml *map, kmp_beam_family family)
     double count;
     if (!node)
         return;
-    if (!kmp_read_fixed(e->r, node, what, KMP_DIM_NUMBER, &count)) {
-        fail(e);
-    } else if (!(count >= 0 && count <= KMP_BEAM_MOST && count == floor(count))) {
-        complain(e, node, "%s are %.6g: a whole number from 0 to %d is expected", what, count, KMP_BEAM_MOST);
-    } else {
+    if (kmp_read_whole(e->r, node, what, "are", 0, KMP_BEAM_MOST, &count))
         e->beam.count[family] = (int)count;
-    }
+    else
+        fail(e);
 }
 
 static void read_shapes(entry *e, const kmp_yaml *map)
@@ -644,7 +633,7 @@ static void read_shapes(entry *e, const kmp_yaml *map)
     }
     if (sum > 0 || e->wrong || e->r->bodies_as || parameters)
         return;
-    complain(e, map, "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
+    COMPLAIN(e, map, "%s has no shapes: without them it is rigid; give 'y', 'z', 'torsion' or 'axial'", e->body);
 }
 
 static void read_damping(entry *e, const kmp_yaml *map)
@@ -673,7 +662,7 @@ static void check_source(entry *e, const kmp_yaml *map, bool file)
                              *const of_files[] = {"interfaces", "modes", "nodes", "scale", NULL};
     for (const char *const *key = file ? of_beams : of_files; *key; key++)
         if (kmp_yaml_get(map, *key))
-            complain(e, kmp_yaml_get(map, *key), "flexible of %s: '%s' is a key of %s", e->body, *key,
+            COMPLAIN(e, kmp_yaml_get(map, *key), "flexible of %s: '%s' is a key of %s", e->body, *key,
                      file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
 }
 
@@ -711,7 +700,7 @@ static void read_flexible(entry *e, const kmp_yaml *map)
     e->beam.raw = read_flag(e, map, "raw", false);
     e->rotary = read_flag(e, map, "rotary", twists);
     if (!e->rotary && twists && kmp_yaml_get(map, "rotary"))
-        complain(e, kmp_yaml_get(map, "rotary"),
+        COMPLAIN(e, kmp_yaml_get(map, "rotary"),
                  "rotary of %s: torsion moves no mass without the inertia of its sections", e->body);
     e->beam.stiffening = (kmp_stiffening)read_word(e, map, "stiffening", KMP_NAMES_OF(stiffenings),
                                                    twists ? KMP_STIFFENING_FULL : KMP_STIFFENING_FIRST);
@@ -772,7 +761,7 @@ static bool is_origin(const kmp_number at[3])
 {
     bool origin = true;
     for (int k = 0; k < 3; k++)
-        origin = origin && at[k].value == 0 && !at[k].expr;
+        origin = origin && kmp_number_is_nothing(at[k]);
     return origin;
 }
 

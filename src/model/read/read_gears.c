@@ -237,17 +237,6 @@ static bool read_own_number(const pair *p, const kmp_yaml *node, const char *key
     return true;
 }
 
-/* A whole number of teeth, or of starts. */
-static bool read_count(const pair *p, const kmp_yaml *node, const char *key, double *teeth)
-{
-    const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
-    if (!kmp_read_fixed(p->r, node, name, KMP_DIM_NUMBER, teeth))
-        return false;
-    if (*teeth >= 1 && *teeth == floor(*teeth))
-        return true;
-    return kmp_reader_complain(p->r, node->place, "%s is %.6g: a whole number of at least 1 is expected", name, *teeth);
-}
-
 /* One number for one wheel, a list of two for two. */
 static bool read_of_wheels(const pair *p, const char *key, int count,
                            bool (*read)(const pair *, const kmp_yaml *, const char *, int), int first)
@@ -261,9 +250,11 @@ static bool read_of_wheels(const pair *p, const char *key, int count,
     return good;
 }
 
+/* Teeth, or starts. */
 static bool read_teeth_of(const pair *p, const kmp_yaml *node, const char *key, int which)
 {
-    return read_count(p, node, key, &p->gear->teeth[which]);
+    return kmp_read_whole(p->r, node, kmp_reader_say(p->r, "%s: %s", p->what, key), "is", 1, INFINITY,
+                          &p->gear->teeth[which]);
 }
 
 static bool read_radius_of(const pair *p, const kmp_yaml *node, const char *key, int which)
@@ -283,7 +274,7 @@ static bool read_sizes(const pair *p)
         return KMP_COMPLAIN(p, p->map, "exactly one of the keys teeth, radius is expected");
     if (teeth && rack && !kmp_yaml_get(p->map, "module"))
         return KMP_COMPLAIN(p, p->map, "the wheel of a rack is given by radius, or by teeth and module");
-    if (worm && !read_count(p, kmp_yaml_get(p->map, "starts"), "starts", &p->gear->teeth[0]))
+    if (worm && !read_teeth_of(p, kmp_yaml_get(p->map, "starts"), "starts", 0))
         return false;
     return read_of_wheels(p, teeth ? "teeth" : "radius", worm || rack ? 1 : 2, teeth ? read_teeth_of : read_radius_of,
                           worm);

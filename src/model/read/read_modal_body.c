@@ -417,11 +417,9 @@ static int place_of_node(kmp_reader *r, kmp_modal_reading *m, const kmp_yaml *no
         return -1;
     }
     const int place = own < 0 ? -1 : add_nodes(r, &m->modal, node, what, 1, &own);
-    int *list = place < 0 ? NULL : kmp_arena_room(&r->scratch, m->node, place - m->named, sizeof *list);
-    if (!list)
+    if (place < 0 || !KMP_ARENA_GROW(&r->scratch, m->node, place - m->named))
         return -1;
-    m->node = list;
-    list[place - m->named] = own;
+    m->node[place - m->named] = own;
     return place;
 }
 

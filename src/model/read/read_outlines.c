@@ -241,11 +241,8 @@ static bool read_common(const reading *c)
     const kmp_yaml *copies = kmp_yaml_get(c->map, "copies"), *round = kmp_yaml_get(c->map, "round");
     const char *of = kmp_reader_say(c->r, "%s: copies", c->what);
     double count = 1;
-    if (copies && !kmp_read_fixed(c->r, copies, of, KMP_DIM_NUMBER, &count))
+    if (copies && !kmp_read_whole(c->r, copies, of, "is", 1, 1000, &count))
         return false;
-    if (copies && !(count >= 1 && count <= 1000 && count == floor(count)))
-        return kmp_reader_complain(c->r, copies->place, "%s is %.6g: a whole number from 1 to 1000 is expected", of,
-                                   count);
     c->outline->copies = (int)count;
     if (round && !read_length(c, round, "round", KMP_FIELD_NOT_NEGATIVE, &c->outline->round))
         return false;

@@ -484,6 +484,17 @@ bool kmp_read_fixed_ruled(kmp_reader *r, const kmp_yaml *node, const char *what,
     return kmp_read_fixed(r, node, what, wanted, value) && kmp_check_rule(r, node, what, rule, *value, "");
 }
 
+bool kmp_read_whole(kmp_reader *r, const kmp_yaml *node, const char *what, const char *verb, int least, double most,
+                    double *value)
+{
+    if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, value))
+        return false;
+    const char *to =
+        most < INFINITY ? kmp_reader_say(r, "from %d to %g", least, most) : kmp_reader_say(r, "of at least %d", least);
+    return (*value >= least && *value <= most && *value == floor(*value)) ||
+           kmp_reader_complain(r, node->place, "%s %s %.6g: a whole number %s is expected", what, verb, *value, to);
+}
+
 const kmp_expr *kmp_read_ruled_key(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, bool required,
                                    kmp_dimension wanted, kmp_field_rule rule)
 {

@@ -33,6 +33,10 @@ bool kmp_read_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_d
 bool kmp_read_fixed_ruled(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                           kmp_field_rule rule, double *value);
 
+/** A whole number in a range, whose end may be infinite; `verb`: is, are. */
+bool kmp_read_whole(kmp_reader *r, const kmp_yaml *node, const char *what, const char *verb, int least, double most,
+                    double *value);
+
 /** "the KEY of WHAT" as an expression; NULL without the key, which is an error where it is required, and after one. */
 const kmp_expr *kmp_read_ruled_key(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, bool required,
                                    kmp_dimension wanted, kmp_field_rule rule);

@@ -270,13 +270,10 @@ static bool read_pieces(kmp_reader *r, const kmp_yaml *node, segmented *s)
 {
     const char *what = kmp_reader_say(r, "segments of body '%s'", s->name);
     double count;
-    if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &count))
+    if (!kmp_read_whole(r, node, what, "are", 2, MOST_SEGMENTS, &count))
         return false;
     s->pieces = (int)count;
-    if (count >= 2 && count <= MOST_SEGMENTS && count == floor(count))
-        return true;
-    return kmp_reader_complain(r, node->place, "%s are %.6g: a whole number from 2 to %d is expected", what, count,
-                               MOST_SEGMENTS);
+    return true;
 }
 
 /* damping: {time: T} */

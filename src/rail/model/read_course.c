@@ -251,10 +251,8 @@ typedef struct candidates {
 
 static bool insert(candidates *c, int at, double s)
 {
-    candidate *list = kmp_arena_room(c->arena, c->list, c->count, sizeof *list);
-    if (!list)
+    if (!KMP_ARENA_GROW(c->arena, c->list, c->count))
         return false;
-    c->list = list;
     memmove(c->list + at + 1, c->list + at, (size_t)(c->count - at) * sizeof *c->list);
     c->list[at] = (candidate){s, kmp_table_value(c->track->x, 0, s), kmp_table_value(c->track->y, 0, s)};
     c->count++;

@@ -215,11 +215,8 @@ static void note_jump(scan *s, int a, int b)
 {
     if (s->elastic && fabs(angle_at(s, a) - angle_at(s, b)) < TURN)
         return;
-    jump *list = kmp_arena_room(&s->arena, s->jump, s->jump_count, sizeof *list);
-    if (!list)
-        return;
-    s->jump = list;
-    s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
+    if (KMP_ARENA_GROW(&s->arena, s->jump, s->jump_count))
+        s->jump[s->jump_count++] = (jump){a < b ? a : b, a < b ? b : a};
 }
 
 /* Between two positions, where k and l touch, finds the jumps that remain at any distance of the positions. */

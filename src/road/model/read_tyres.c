@@ -148,11 +148,6 @@ static bool check_keys(const reading *t)
     return good;
 }
 
-static kmp_number *field_of(kmp_tyre *tyre, int field)
-{
-    return (kmp_number *)(void *)((char *)tyre + kmp_tyre_fields[field].offset);
-}
-
 static bool read_numbers(const reading *t)
 {
     kmp_tyre *tyre = t->tyre;
@@ -165,12 +160,13 @@ static bool read_numbers(const reading *t)
     bool good = true;
     tyre->friction.value = tyre->low_speed.value = 1;
     for (int k = 0; tyre->tir && k < 4; k++)
-        field_of(tyre, from_file[k].field)->value = tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
+        ((kmp_number *)kmp_tyre_get(tyre, from_file[k].field))->value =
+            tyre->tir[from_file[k].tir] * (k == 1 ? tyre->tir[KMP_TIR_LCZ] : 1);
     for (int k = 0; k < KMP_TYRE_FIELDS; k++) {
         const kmp_wheel_field *field = &kmp_tyre_fields[k];
         const kmp_yaml *node = kmp_yaml_get(t->map, field->key);
         const char *name = kmp_reader_say(t->r, "the %s of %s", field->key, t->what);
-        kmp_number *number = field_of(tyre, k);
+        kmp_number *number = (kmp_number *)kmp_tyre_get(tyre, k);
         if (!node && number->value != 0) /* of the file, or as it is without the key */
             number->symbol = ++t->r->model->symbol_count;
         if (node)

@@ -58,7 +58,6 @@ static const struct {
 /* A file being read. */
 typedef struct source {
     kmp_reader *r;
-    const kmp_yaml *node;
     const char *what;
     kmp_tir_file *tir;
     kmp_place place;    /* of the present line */
@@ -67,19 +66,12 @@ typedef struct source {
     char format[32], section[40];
     double inflated, nominal; /* pressures, in the unit of the file; 0: not given */
     bool pressed;             /* it has coefficients of the pressure */
-    bool good, read, skips;   /* the rows of a table follow */
+    bool good, skips;         /* skips: the rows of a table follow */
     kmp_text unused;
     int unused_count;
 } source;
 
-static void complain(source *s, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void complain(source *s, const char *format, ...)
-{
-    const kmp_yaml at = {.place = s->place};
-    kmp_text sentence = {0};
-    KMP_TEXT_ARGUMENTS(&sentence, format);
-    s->good = KMP_COMPLAIN(s, &at, "%s", kmp_reader_take(s->r, &sentence));
-}
+#define COMPLAIN(s, ...) ((s)->good = KMP_COMPLAIN(s, &(kmp_yaml){.place = (s)->place}, __VA_ARGS__))
 
 static bool is_equal(const char *a, const char *b)
 {
@@ -98,7 +90,7 @@ static void read_unit(source *s, const char *key, char *word)
             s->unit[units[k].key] = units[k].si;
             return;
         }
-    complain(s, "unknown unit '%s'", word);
+    COMPLAIN(s, "unknown unit '%s'", word);
 }
 
 static double unit_of(const source *s, tir_dimension dimension)
@@ -166,9 +158,9 @@ static void read_pair(source *s, const char *key, char *value)
         if (!is_equal(key, rows[k].key))
             continue;
         if (end == value || !isfinite(x))
-            complain(s, "%s is not a number: '%s'", key, value);
+            COMPLAIN(s, "%s is not a number: '%s'", key, value);
         else if (s->tir->given[k])
-            complain(s, "the file has two values of '%s'", key);
+            COMPLAIN(s, "the file has two values of '%s'", key);
         s->tir->value[k] = x;
         s->tir->given[k] = true;
         return;
@@ -206,7 +198,7 @@ static void read_line(source *s, char *line)
     if (*line == '[') {
         char *close = strchr(line, ']');
         if (!close) {
-            complain(s, "a section without ']': '%s'", line);
+            COMPLAIN(s, "a section without ']': '%s'", line);
             return;
         }
         *close = '\0';
@@ -227,7 +219,7 @@ static void read_line(source *s, char *line)
         read_pair(s, key, value);
     } else if (*line && !s->skips && strcmp(s->section, "") != 0 && !isdigit((unsigned char)*line) && *line != '-' &&
                *line != '#') {
-        complain(s, "a line of the file is neither [SECTION] nor KEY = value: '%s'", line);
+        COMPLAIN(s, "a line of the file is neither [SECTION] nor KEY = value: '%s'", line);
     }
 }
 
@@ -248,15 +240,15 @@ static void find_form(source *s)
         }
     s->place.line = 1;
     if (s->fit >= 0)
-        complain(s, "FITTYP = %d is %s, which is not read: PAC2002, MF 5.2 (5, 6, 21, 51, 52) and MF 6.1 (61) are",
+        COMPLAIN(s, "FITTYP = %d is %s, which is not read: PAC2002, MF 5.2 (5, 6, 21, 51, 52) and MF 6.1 (61) are",
                  s->fit, s->fit == 62 ? "MF 6.2" : "a form of the Magic Formula");
     else if (*s->format)
-        complain(s,
+        COMPLAIN(s,
                  "PROPERTY_FILE_FORMAT = '%s' is not read: PAC2002, MF_05, MF-TYRE, MF 5.2 and MF 6.1 "
                  "are, or FITTYP says which form it is",
                  s->format);
     else
-        complain(s,
+        COMPLAIN(s,
                  "the file has neither FITTYP nor PROPERTY_FILE_FORMAT, by which the form of its equations is known");
 }
 
@@ -270,25 +262,23 @@ static void check_complete(source *s)
             kmp_text_printf(&missing, count++ > 0 ? ", %s" : "%s", rows[k].key);
     s->place.line = 1;
     if (count > 0)
-        complain(s, "the file lacks %s", kmp_reader_take(s->r, &missing));
+        COMPLAIN(s, "the file lacks %s", kmp_reader_take(s->r, &missing));
     kmp_text_free(&missing);
     if (s->good && s->pressed && s->inflated > 0 && s->nominal > 0 && s->inflated != s->nominal)
-        complain(s,
+        COMPLAIN(s,
                  "INFLPRES = %g differs from NOMPRES = %g, and terms of the pressure (PP..) are not "
                  "read: give a file for this pressure",
                  s->inflated, s->nominal);
     static const int positive[] = {KMP_TIR_FNOMIN, KMP_TIR_UNLOADED_RADIUS, KMP_TIR_PCX1, KMP_TIR_PCY1};
     for (size_t k = 0; s->good && k < sizeof positive / sizeof *positive; k++)
         if (!(s->tir->value[positive[k]] > 0))
-            complain(s, "%s must be positive, not %g", rows[positive[k]].key, s->tir->value[positive[k]]);
+            COMPLAIN(s, "%s must be positive, not %g", rows[positive[k]].key, s->tir->value[positive[k]]);
 }
 
 bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir_file *tir)
 {
-    source s = {.r = r, .node = node, .what = what, .tir = tir, .unit = {1, 1, 1, 1, 1}};
+    source s = {.r = r, .what = what, .tir = tir, .unit = {1, 1, 1, 1, 1}, .fit = -1, .good = true};
     size_t length;
-    s.fit = -1;
-    s.good = true;
     *tir = (kmp_tir_file){.mode = -1};
     if (!kmp_read_word(r, node, what))
         return false;
@@ -312,7 +302,7 @@ bool kmp_tir_read(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_tir
     tir->unused_count = s.unused_count;
     tir->unused = s.unused_count > 0 ? kmp_reader_take(r, &s.unused) : NULL;
     kmp_text_free(&s.unused);
-    s.read = text;
+    const bool read = text;
     kmp_free(text);
-    return s.good && s.read;
+    return s.good && read;
 }
