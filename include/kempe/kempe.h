@@ -269,11 +269,11 @@ typedef struct kempe_run_options {
     /* linear solver of IDA: klu, umfpack, dense; with one of them dae has IDA as its integrator (default: auto) */
     const char *linear;
     /* evaluator of the equations: native machine code, or tape, an interpreter; both give the same bits (default:
-     * native, where AVX and FMA exist) */
+     * native, where machine code runs) */
     const char *backend;
     /* threads that share each evaluation of the equations, 1 to 64; for large models; in kempe_simulate and steppers,
-     * with the same bits. Other back ends than native, and processors without AVX, ignore it. kempe_ensemble_run:
-     * threads that share the instances (default: 1) */
+     * with the same bits. Other back ends than native, and processors without machine code, ignore it.
+     * kempe_ensemble_run: threads that share the instances (default: 1) */
     int threads;
     /* 1: do not repeat the run at another tolerance, which would warn of missing convergence */
     int no_convergence_check;

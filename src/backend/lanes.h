@@ -11,14 +11,14 @@ typedef struct kmp_lanes kmp_lanes;
 
 enum { KMP_LANES_MOST = 16 };
 
-/** The number of lanes in which this machine runs independent instances best: 16 with AVX-512, 4 with AVX, otherwise 8
- * without machine code. */
+/** The number of lanes in which this machine runs independent instances best: 16 with AVX-512, 4 with AVX and on arm64,
+ * otherwise 8 without machine code. */
 int kmp_lanes_best(void);
 
 /** `width` lanes, 1 to KMP_LANES_MOST. Of 1, 4, 8 and 16 the arithmetic is machine code where that runs and `plain`
- * does not forbid it: of 16 in two registers of eight, of 8 in two of four where there are none of eight. Otherwise
- * there are loops over the lanes. The program must outlive it. NULL: no memory. Stage 0 must be run after parameters
- * are set. */
+ * does not forbid it: of 16 in two registers of eight, of 8 in two of four where there are none of eight; on arm64 in
+ * two registers of two for each four lanes. Otherwise there are loops over the lanes. The program must outlive it.
+ * NULL: no memory. Stage 0 must be run after parameters are set. */
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 
 /** Finds sines and cosines of n values in slots, as kmp_sincos_lanes; the first is number `first` of the angles of the

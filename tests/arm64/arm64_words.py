@@ -219,7 +219,10 @@ def judge(words, lines):
         return judge_function(form, int(rest[0]), lines)
     machine = Machine()
     for line in lines:
-        machine.step(line)
+        try:
+            machine.step(line)
+        except (AssertionError, KeyError, TypeError) as fault:
+            return f"{line} is not understood: {fault}"
     if kind == "memory":
         return judge_memory(form, rest[0], int(rest[1]), int(rest[2]), int(rest[3]), machine)
     return judge_operation(form, rest[0], [int(word) for word in rest[1:]], machine)

@@ -299,7 +299,7 @@ static void end(kmp_written_code *c)
     if (pairs > 0)
         put_kept(c, pop_pair, FIRST_KEPT, 2 * pairs);
     put(c, return_to_caller);
-    const size_t length = c->size - c->begin, begin = c->begin, saving = (size_t)(WORD * pairs);
+    const size_t length = c->size - c->begin, begin = c->begin, saving = WORD * (size_t)pairs;
     if (pairs == 0 || !kmp_written_room(c, saving))
         return;
     memmove(c->code + begin + saving, c->code + begin, length);
