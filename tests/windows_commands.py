@@ -103,6 +103,7 @@ TIME = re.compile(rb"(?<![\w.])[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)(?=,?\s+(?:of p
                   rb"|(?<=\bin )[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)\b|(?<=\bafter )[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)(?=\s+of prep)"
                   rb"|\"(?:cpu|wall|build)_s\": *[^,}\n]+")
 ESTIMATE = re.compile(rb"estimated.error|convergence|drift|residual|within", re.I)
+ICON = re.compile(rb"(?<=sources only, )\d+ kB|\d+ files inside")  # Linux has librsvg, which draws a bitmap of the icon
 TOKEN = re.compile(rb"(?:instantiationToken|guid|generationDateAndTime)=\"[^\"]*\"", re.I)
 
 
@@ -110,6 +111,7 @@ def shared(text, printed):
     """A text without what two runs do not share."""
     text = re.sub(rb"\n {10}(?=\S)", b" ", text) if printed else text  # a time of more digits breaks lines elsewhere
     text = TOKEN.sub(b"", TIME.sub(b"TIME", text))
+    text = ICON.sub(b"SIZE", text) if printed else text
     return b"\n".join(b"ESTIMATE" if ESTIMATE.search(line) else line for line in text.split(b"\n")) if printed else text
 
 

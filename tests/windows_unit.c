@@ -35,10 +35,10 @@ static void *address(const char *name)
     return found;
 }
 
-static void wanted(int status, const char *what)
+static void wanted(unsigned status, const char *what)
 {
     if (status != 0) {
-        printf("%s: status %d\n", what, status);
+        printf("%s: status %u\n", what, status);
         exit(1);
     }
 }
