@@ -229,6 +229,9 @@
 #define KMP_SLOPE_PARTS 1e-5
 /** Events of one time have derivatives of it that are equal to this part, up to rounding. */
 #define KMP_SLOPE_SAME_TIME 1e-6
+/** The time, in characteristic ones, from the end of a table at which values are taken: above rounding of its place,
+ * and without effect on slopes. */
+#define KMP_SLOPE_ASIDE 1e-11
 /** Conditions whose zero is farther away than this time, in characteristic ones, have jumped past it. */
 #define KMP_SLOPE_JUMPED 1e-6
 /** Rounding of derivatives, in sizes of coordinates over sizes of parameters. */
@@ -700,8 +703,8 @@
 /** Over the size of an outline: both sides of a sharp corner out of the solid continue by this for a point. Two
  * corners that meet within it touch by both sides, because rounding would select one. */
 #define KMP_OUTLINE_CORNER 1e-9
-/** The sine of the angle by which an edge of a sharp corner may be behind a line that the corner touches: edges that lie
- * on the line have errors of steps. Sides of a corner that turn by less are one side. */
+/** The sine of the angle by which an edge of a sharp corner may be behind a line that the corner touches: edges that
+ * lie on the line have errors of steps. Sides of a corner that turn by less are one side. */
 #define KMP_OUTLINE_FACES 1e-4
 /** The cosine of the turn of a corner below which the surface behind it may be near the line across its end. Then the
  * line that halves the corner is a border, too. */

@@ -795,7 +795,7 @@ static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
     int n = f->n, conditions = f->system->events.count;
-    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before),
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before, &f->kept),
                    KMP_ROOM(double, n, &f->jerk, &f->row, &f->pace, &f->pace_of_rates),
                    KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows),
                    KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),

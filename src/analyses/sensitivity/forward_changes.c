@@ -146,6 +146,27 @@ int kmp_forward_halt_at_input(kmp_forward_formulation *f, int k, double t)
                             t, f->system->event_text[k]);
 }
 
+/* The time before and behind an event at which values are taken: at an end of a table that holds its value there, a
+ * curvature jumps with the slope, and rounding places the event on either side. */
+static double aside_of(const kmp_forward_formulation *f, int k)
+{
+    const kmp_condition *c = &f->system->events.condition[k];
+    const bool held = c->expr && c->expr->kind == KMP_EXPR_TABLE && c->expr->table->outside == KMP_OUTSIDE_HOLD;
+    return held ? KMP_SLOPE_ASIDE / f->start.rate_scale : 0;
+}
+
+/* The state at t, moved by `aside` along the motion. */
+static int come_aside(kmp_forward_formulation *f, double t, double aside, double *y)
+{
+    const int half = kmp_forward_blocks(f);
+    memcpy(f->kept, y, (size_t)f->width * sizeof *y);
+    for (int i = 0; i < f->width; i++)
+        y[i] += aside * y[half + i];
+    const int said = kmp_forward_come_to(f, t, y);
+    memcpy(y, f->kept, (size_t)f->width * sizeof *y);
+    return said;
+}
+
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
@@ -168,16 +189,37 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     kmp_forward_note_swings(f, mode, t, given ? -1 : k);
     kmp_forward_delays_note(f, t, f->swing);
     memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
+    const double aside = aside_of(f, k);
+    if (aside > 0 && come_aside(f, t, -aside, y) != KMP_GO)
+        return KMP_HALT;
     double integrand = kmp_forward_integrand_here(f);
     for (int i = 0; i < f->width; i++)
         f->before[i] = l->qdd[kmp_forward_unknowns(f)[i]];
     kmp_forward_set_modes(f, mode);
-    if (kmp_forward_come_to(f, t, y) != KMP_GO)
+    if (come_aside(f, t, aside, y) != KMP_GO)
         return kmp_forward_halt(f, "the motion cannot continue after the condition %s at t = %.9g",
                                 f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
     return KMP_GO;
+}
+
+/* The condition that the motion itself has changed where rounding leaves all of them before their change: the one whose
+ * change is nearest in time. Others change with it. */
+static int find_nearest(kmp_forward_formulation *f, const double *y)
+{
+    int nearest = -1, first = -1;
+    double least = INFINITY;
+    for (int k = 0; k < f->system->events.count; k++) {
+        if (!kmp_forward_mode_differs(f, k, f->new_mode))
+            continue;
+        first = first < 0 ? k : first;
+        if (kmp_forward_find_swing(f, k, y) && f->distance < least) {
+            least = f->distance;
+            nearest = k;
+        }
+    }
+    return nearest < 0 ? first : nearest;
 }
 
 /* Conditions have changed since the last start: passes the ones that the motion itself has changed one after the other,
@@ -195,7 +237,12 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
     for (int k = 0; k < count; k++) {
         bool changes = kmp_forward_mode_differs(f, k, f->new_mode);
         f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
-        last = f->cause[k] || (changes && last < 0) ? k : last;
+        last = f->cause[k] ? k : last;
+    }
+    if (last < 0) {
+        if (kmp_forward_spread(f, t, y) != KMP_GO)
+            return KMP_HALT;
+        last = find_nearest(f, y);
     }
     f->cause[last] = true;
     for (int k = 0; said == KMP_GO && k <= last; k++)

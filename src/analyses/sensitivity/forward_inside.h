@@ -45,7 +45,7 @@ typedef struct kmp_forward_formulation {
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
-    double *before, *swing;              /* p; count: dt_e/dp */
+    double *before, *swing, *kept;       /* p; count: dt_e/dp; p */
     double *changes, *along, *new_chart; /* conditions; charts */
     double *swings, *swung_t;            /* conditions x most: dt_e/dp of each where it changed last, and that time */
     double *jerk, *lambda_rate;          /* n, m: rates of accelerations and multipliers along the motion */

@@ -136,8 +136,8 @@ static kmp_ref faces(const kmp_tree *tree, const kmp_outline_part *part, const k
     kmp_ref least = kmp_binary(g, KMP_OP_MIN, rise[0], rise[1]);
     if (part->fold)
         least = kmp_div(g, least, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)));
-    return inverse(g, stands(tree, part, part->edge, kmp_add(g, least, kmp_const(g, KMP_OUTLINE_FACES)), 0,
-                             "the corner turns away"));
+    return inverse(g, stands(tree, part, part->edge, kmp_add(g, least, kmp_const(g, KMP_OUTLINE_FACES)),
+                             KMP_OUTLINE_FOLD_LAG, "the corner turns away"));
 }
 
 /* 1 between the borders, otherwise 0. */

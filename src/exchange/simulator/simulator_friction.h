@@ -167,7 +167,8 @@ static int fail(void *self, kmp_friction_failure failure, double t)
 {
     static const char *const sentences[] = {
         [KMP_FRICTION_FORCED] = "the closures or drives press the surfaces of contacts into each other",
-        [KMP_FRICTION_UNDECIDED] = "no state of slip and stick is found, because the forces of nearly redundant contacts follow from rounding",
+        [KMP_FRICTION_UNDECIDED] =
+            "no state of slip and stick is found, because the forces of nearly redundant contacts follow from rounding",
         [KMP_FRICTION_IMPOSSIBLE] = "it can neither slip nor stick; reduce it, or regularise it with a 'speed'",
         [KMP_FRICTION_ALTERNATES] = "slip and stick change without an end; regularise it with a 'speed'",
         [KMP_FRICTION_LOCKED] = "it moves in the direction in which it is unlimited",
