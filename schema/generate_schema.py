@@ -220,7 +220,9 @@ def outline():
 
 
 def rope_place():
-    return dict(keyed("rope_place", turn={"enum": ["left", "right"]}), oneOf=[{"required": ["round"]}, {"required": ["drum"]}])
+    place = keyed("rope_place", turn={"enum": ["left", "right"]})
+    place.pop("required", None)  # of a sphere there is no turn
+    return dict(place, oneOf=[{"required": ["round", "turn"]}, {"required": ["drum", "turn"]}, {"required": ["sphere", "radius"]}])
 
 
 def joint_numbers():

@@ -268,6 +268,8 @@ static void what_is_refused(void)
     "diaginertia='1 1 1'/><site name='c' pos='1 -0.1 0'/></body></worldbody><tendon><spatial name='t' stiffness='1'>"
 #define WRAPPED "</spatial></tendon></mujoco>"
 
+#define LEFT "; without it the machine is another one: --leave-out geom allows that"
+
 static void refused_tendons(void)
 {
     static const struct {
@@ -277,11 +279,12 @@ static void refused_tendons(void)
          "m.mjcf:2:1: the geom 'brick' is neither a sphere nor a cylinder, around which a tendon lies"},
         {"<site site='a'/>\n<geom geom='cone'/><site site='c'/>", "m.mjcf:2:1: the geom 'cone' does not exist"},
         {"<site site='a'/>\n<geom geom='drum' sidesite='in'/><site site='c'/>",
-         "m.mjcf:2:1: the geom 'drum' has its sidesite inside: tendons inside geoms are not read"},
+         "m.mjcf:2:1: the geom 'drum' has its sidesite inside: tendons inside geoms are not read" LEFT},
         {"<site site='a'/>\n<geom geom='ball' sidesite='far'/><site site='c'/>",
-         "m.mjcf:2:1: the geom 'ball' has its sidesite on the far side: ropes have the shortest way over a sphere"},
+         "m.mjcf:2:1: the geom 'ball' has its sidesite on the far side: ropes have the shortest way over a "
+         "sphere" LEFT},
         {"<site site='in'/>\n<geom geom='drum'/><site site='c'/>",
-         "m.mjcf:2:1: the geom 'drum' has a neighbour of the tendon inside"},
+         "m.mjcf:2:1: the geom 'drum' has a neighbour of the tendon inside" LEFT},
         {"\n<geom geom='drum'/><site site='c'/>", "m.mjcf:2:1: the geom 'drum' has no site before it"},
         {"<site site='a'/><site site='c'/>\n<pulley divisor='0'/><site site='a'/><site site='c'/>",
          "m.mjcf:2:1: the divisor of tendon 't' is not positive"},

@@ -390,7 +390,7 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
         kmp_import_limits(im, e, name, whole_length(m, &t), range[0], range[1]);
     if (kmp_mjcf_numbers(m, &item, "springlength", 1, 2, rest) == 1)
         rest[1] = rest[0];
-    if (rest[0] < 0)
+    if (rest[0] < 0 && stiffness != 0)
         rest[0] = rest[1] = rest_of(m, e, name, &t);
     if (stiffness != 0 || damping != 0)
         add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,

@@ -166,7 +166,7 @@ static int go_round(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_geom *g, c
         else
             return turn;
     }
-    kmp_import_complain(m->im, e->place, "the geom", g->name, wrong);
+    kmp_import_leave_out(m->im, e->place, KMP_PART_MECHANICS, "geom", "the geom '%s' %s", g->name, wrong);
     return 0;
 }
 
