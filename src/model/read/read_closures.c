@@ -235,7 +235,7 @@ static void read_plunging(kmp_reader *r, const kmp_yaml *map, const char *what, 
         closure->kind = word == 0 ? KMP_CLOSURE_constant_velocity_plunging : KMP_CLOSURE_constant_velocity_free;
 }
 
-/* What kinds have in addition to two points, or in place of them. */
+/* Some kinds have keys in addition to two points, or in place of them. */
 static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     static const struct {

@@ -129,4 +129,4 @@ static void put_profile(kmp_json *json, const kempe_model *model, int k)
 const kmp_writer_wing kmp_wheel_writer[] = {{KMP_WRITTEN(profiles, profile), false, put_profile, show_profile},
                                             {KMP_WRITTEN(tracks, track), false, put_track, show_track},
                                             {KMP_WRITTEN(wheels, wheel), true, put_wheel, NULL},
-                                            {NULL}};
+                                            {0}};

@@ -50,4 +50,4 @@ static void put_tyre(kmp_json *json, const kempe_model *model, int number)
 }
 
 const kmp_writer_wing kmp_tyre_writer[] = {
-    {KMP_WRITTEN(roads, road), false, put_road, NULL}, {KMP_WRITTEN(tyres, tyre), true, put_tyre, NULL}, {NULL}};
+    {KMP_WRITTEN(roads, road), false, put_road, NULL}, {KMP_WRITTEN(tyres, tyre), true, put_tyre, NULL}, {0}};
