@@ -32,9 +32,9 @@ chosen() {
         return
     fi
     differ=$(git diff --name-only "$base" && git ls-files --others --exclude-standard)
-    headers=$(grep -E '[.](h|def)$' <<<"$differ" | sed -E 's/^src\///; s/.*/#include "&"/; s/"include\/(.*)"/<\1>/' || true)
+    headers=$(grep -E '[.](h|def)$' <<<"$differ" | sed -E 's/.*\///; s/[.]/[.]/; s/.*/^#include ["<](.*\/)?&[">]/' || true)
     while read -r source; do
-        if grep -Fxq -- "$source" <<<"$differ" || { [ -n "$headers" ] && grep -Fq -- "$headers" "$source"; }; then
+        if grep -Fxq -- "$source" <<<"$differ" || { [ -n "$headers" ] && grep -Eq -- "$headers" "$source"; }; then
             printf '%s\n' "$source"
         fi
     done
