@@ -136,7 +136,7 @@ static bool build(const kempe_model *model, char name[256])
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
     snprintf(long_code, sizeof long_code,
-             "test $(wc -c <%s.c) -gt 300000 && command -v clang >/dev/null && clang -std=c99 -ffp-contract=off -Wall "
+             "test $(wc -c <%s.c) -gt 100000 && command -v clang >/dev/null && clang -std=c99 -ffp-contract=off -Wall "
              "-Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. -O0 -c %s.c && $compile -fsyntax-only %s.c",
              name, name, name);
     snprintf(
