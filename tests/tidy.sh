@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference_*.c, whose numbers clang
-# does not have, and platform_windows.c, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
+# does not have, platform_windows.c and src/browser, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
 # it reads the sources that differ from the branch main, and those that include a header that does; on main itself, those of the last 25
 # commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
 # twice as many lead to 94 in half as much time again, by 16 files. With `tests/tidy.sh BUILD_FOLDER deep` (./check full) it follows as many as it does by itself, in some
@@ -15,7 +15,7 @@ if [ "$mode" = deep ]; then
 fi
 # The sources to read, NUL between them.
 sources() {
-    find src constraints integrators examples -name '*.c' ! -name "reference_*.c" ! -name platform_windows.c | sort | chosen | tr '\n' '\0'
+    find src constraints integrators examples -name '*.c' ! -name "reference_*.c" ! -name platform_windows.c ! -path 'src/browser/*' | sort | chosen | tr '\n' '\0'
 }
 
 # Of the names on the standard input those that changed.

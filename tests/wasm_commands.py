@@ -207,7 +207,7 @@ PAGE = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script src="
 const answer = (async () => {{
     const began = performance.now(), kempe = await Kempe.start();
     const version = await kempe.version(), started = performance.now();
-    const run = await kempe.simulate({model}, {{tEnd: 1, noConvergenceCheck: true, backend: "tape"}});
+    const run = await kempe.simulate({model}, {{tEnd: 1, noConvergenceCheck: true, backend: "tape", integrator: "dop853"}});
     const ran = performance.now();
     const error = await kempe.check({model}.replace("bodies:", "bodis:")).catch((error) => error);
     const control = new AbortController();
@@ -239,7 +239,7 @@ def by_chromium(command, folder):
             return 1
         answer = told["result"]["value"]
         table = pathlib.Path(top) / "run.csv"
-        subprocess.run([command, "simulate", ROOT / X.format("four_bar"), "--t-end", "1", CHECKED, "--backend", "tape", "-o", table],
+        subprocess.run([command, "simulate", ROOT / X.format("four_bar"), "--t-end", "1", *TAPE.split(), "--integrator", "dop853", "-o", table],
                        check=True, capture_output=True)
         rows = list(csv.reader(table.read_text().splitlines()))
     wrong = [name for name, there, here in zip(rows[0], answer["last"], rows[-1]) if float(there) != float(here)]

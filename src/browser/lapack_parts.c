@@ -63,7 +63,7 @@ int s_copy(char *to, const char *from, long room, long size);
 int s_cat(char *to, const char *const *parts, const long *sizes, const long *count, long room);
 void sig_die(const char *reason, int dumps);
 
-/* Texts have no end of their own: blanks fill the rest. */
+/* Nothing marks the end of a text: blanks fill the rest. */
 int s_copy(char *to, const char *from, long room, long size)
 {
     for (long k = 0; k < room; k++)

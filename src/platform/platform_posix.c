@@ -376,7 +376,7 @@ double kmp_wall_now(void)
 
 #ifdef __EMSCRIPTEN__
 
-/* WebAssembly runs what is in its module alone. */
+/* WebAssembly runs only what is in its module. */
 void *kmp_pages_new(const void *code, size_t size)
 {
     (void)code, (void)size;
