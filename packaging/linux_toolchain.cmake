@@ -14,3 +14,6 @@ set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-s -Wl,--gc-sections")
+if(KEMPE_PROCESSOR STREQUAL "x86_64") # __builtin_cpu_supports knows the processor by this part of GCC's library; Zig's finds nothing
+    set(CMAKE_C_STANDARD_LIBRARIES_INIT "${KEMPE_LINUX}/tools/cpuinfo.o")
+endif()

@@ -28,7 +28,7 @@ def output(*words):
 
 
 def mistakes(name, folder, program):
-    """What is wrong with a file for the platform of that name."""
+    """Sentences on what a file asks for that the platform of that name does not have."""
     kind = name.partition("_")[0]
     wrong = [f"needs {library}" for library in re.findall(r"NEEDED.*\[(.*)\]", output("readelf", "-d", program))
              if not re.fullmatch(ALLOWED[kind], library)]

@@ -101,7 +101,7 @@ NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|NaN|inf(?:i
 # Two runs of one build do not share times, and estimates that are differences of two numbers near each other: a word stands in their place.
 TIME = re.compile(rb"(?<![\w.])[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)(?=,?\s+(?:of preparation|per |on \d|after |analysis|preparation))"
                   rb"|(?<=\bin )[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)\b|(?<=\bafter )[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)(?=\s+of prep)"
-                  rb"|\"(?:cpu|wall|build)_s\": *[^,}\n]+")
+                  rb"|(?<= times, )[\d.]+(?:e[-+]?\d+)? s\b|\"(?:cpu|wall|build)_s\": *[^,}\n]+")
 ESTIMATE = re.compile(rb"estimated.error|convergence|drift|residual|within", re.I)
 ICON = re.compile(rb"(?<=sources only, )\d+ kB|\d+ files inside")  # Linux has librsvg, which draws a bitmap of the icon
 TOKEN = re.compile(rb"(?:instantiationToken|guid|generationDateAndTime)=\"[^\"]*\"", re.I)

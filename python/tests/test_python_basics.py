@@ -526,8 +526,9 @@ def test_about():
     parts = about["license"].split(" AND ")
     assert ("GPL-2.0-or-later" in parts) == ("umfpack" in about["linear_solvers"])
     loaded = pathlib.Path("/proc/self/maps").read_text()
+    inside = "/libsundials" not in loaded  # a wheel has all libraries in the extension
     for license, library in (("Minpack", "cminpack"), ("MIT", "nlopt")):
-        assert (license in parts) == (library in about["searches"]) == (f"/lib{library}" in loaded)
+        assert (license in parts) == (library in about["searches"]) == (inside or f"/lib{library}" in loaded)
     assert about["backend"] == "tape" or about["backend"].startswith("machine code")
 
 
