@@ -25,7 +25,7 @@ WITHIN = 1e-9  # of the largest value of a variable: msvcrt and glibc differ in 
 COMPILERS = {"linux": "cc", "windows": "x86_64-w64-mingw32-gcc"}
 # Model, version, kind, end (s), steps: exchanges of states, events, spatial loops, impacts, friction that sticks; last on the library.
 SOME = [("four_bar", 3, "cs", 1, 20), ("four_bar", 2, "cs", 1, 20)]
-MORE = [("four_bar", 3, "me", 1, 1000), ("delta_robot", 3, "cs", 0.5, 20), ("loose_slider", 3, "cs", 0.005, 20), ("stick_slip", 3, "cs", 1, 20),
+MORE = [("four_bar", 3, "me", 1, 1000), ("delta_robot", 3, "cs", 0.5, 20), ("loose_slider", 3, "cs", 0.003, 20), ("stick_slip", 3, "cs", 1, 20),
         ("bowling_ball", 2, "cs", 1, 20), ("driven_slider_crank", 3, "me", 0.5, 500)]
 ON_LIBRARY = [("stick_slip", 3, "library", 1, 20), ("toggle_press", 2, "library", 0.4, 20)]
 

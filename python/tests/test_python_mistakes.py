@@ -213,7 +213,7 @@ MISTAKES = {
     "a time before the run": (A, ["t = -1 s", "0 to 0.2 s"], lambda p: run(keep_dense=True).at(-1)),
     "a time as text": (TypeError, ["t is an array of numbers", "'0.1'"], lambda p: run(keep_dense=True).at("0.1")),
     "a table in another format": (A, ["a.xyz", ".csv"], lambda p: run().rows.write(p / "a.xyz")),
-    "a table in a missing folder": (kempe.FileError, [os.path.join("none", "a.csv"), "No such file"], lambda p: run().rows.write(p / "none/a.csv")),
+    "a table in a missing folder": (kempe.FileError, [str(pathlib.Path("none/a.csv")), "No such file"], lambda p: run().rows.write(p / "none/a.csv")),
     "a picture in another format": (A, ["a.pdf", ".svg or .png"], lambda p: run().rows.write_picture(p / "a.pdf")),
     "a picture of a wrong column": (A, ["'q.krank'", "q.crank"], lambda p: run().rows.write_picture(p / "a.svg", "t", "q.krank")),
     "no path of a table": (TypeError, ["a path is needed"], lambda p: run().rows.write(None)),

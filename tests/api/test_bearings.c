@@ -302,7 +302,8 @@ static void bearings_are_in_balance_with_the_joint(void)
         kempe_table *rows = table_of(t, "rows"), *table = table_of(t, "bearings");
         for (int row = 1; row < kempe_table_row_count(rows); row += 3)
             is_in_balance(rows, row, pins[k].axis);
-        CHECK(isnan(at(table, 0, "axial")) == (strchr(pins[k].drive, '.') != NULL)); /* a cylindrical joint has none */
+        CHECK((isnan(at(table, 0, "axial")) != 0) ==
+              (strchr(pins[k].drive, '.') != NULL)); /* a cylindrical joint has none */
         kempe_table_free(rows);
         kempe_table_free(table);
         kempe_trajectory_free(t);

@@ -23,6 +23,14 @@ static inline int same(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
 }
 
+/* False where long double is no wider than double, or where sinl is the instruction of x87, whose pi has 66 bits: the
+ * sine of the double next to pi is known. */
+static inline bool has_exact_sines(void)
+{
+    const volatile double pi = 3.14159265358979311600;
+    return LDBL_MANT_DIG >= 64 && fabsl(1e16L * sinl((long double)pi) - 1.22464679914735317723L) < 1e-17L;
+}
+
 /* pi/2 beyond long double: libm's argument is reduced exactly, so sinl of a double is right to 64 bits. */
 static inline double ulps(double value, long double exact)
 {

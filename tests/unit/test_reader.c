@@ -379,8 +379,10 @@ static void files(void)
     CHECK(kempe_write_file(context, "/tmp", "x") == KEMPE_E_IO);
     CHECK(kempe_write_file(context, "/no/such/folder/file", "x") == KEMPE_E_IO);
     CHECK(strstr(kempe_context_message(context), "/no/such/folder/file") != NULL);
-    CHECK(kempe_write_file(context, "/dev/null", "x") == KEMPE_OK);
-    CHECK(access("/dev/null", W_OK) == 0);
+    if (access("/dev/null", W_OK) == 0) { /* a device is written to, and stays one */
+        CHECK(kempe_write_file(context, "/dev/null", "x") == KEMPE_OK);
+        CHECK(access("/dev/null", W_OK) == 0);
+    }
 }
 
 int main(void)

@@ -27,7 +27,7 @@ static void accuracy_over(double low, double high, int points)
 
 static void test_accuracy(void)
 {
-    if (LDBL_MANT_DIG < 64)
+    if (!has_exact_sines())
         return;
     accuracy_over(0, 0.8, 300000);
     accuracy_over(0, 7, 300000);
@@ -38,7 +38,7 @@ static void test_accuracy(void)
 
 static void test_accuracy_near_quadrants(void)
 {
-    if (LDBL_MANT_DIG < 64)
+    if (!has_exact_sines())
         return;
     worst = 0;
     for (int k = 1; k <= 63000; k++) {
@@ -61,7 +61,7 @@ static void test_tiny(void)
         CHECK(s < 0 && s >= -x && c > 0 && c <= 1);
         if (x < 1e-8)
             CHECK(s == -x && c == 1);
-        if (LDBL_MANT_DIG >= 64)
+        if (has_exact_sines())
             CHECK(ulps(s, sinl((long double)-x)) < 1.0);
     }
 }
@@ -77,8 +77,9 @@ static void test_corners(void)
     CHECK(isnan(s) && isnan(c));
     kempe_sincos(NAN, &s, &c);
     CHECK(isnan(s) && isnan(c));
-    kempe_sincos(1e300, &s, &c);
-    CHECK(same(s, sin(1e300)) && same(c, cos(1e300)));
+    const volatile double far = 1e300; /* the C library's, not the compiler's */
+    kempe_sincos(far, &s, &c);
+    CHECK(same(s, sin(far)) && same(c, cos(far)));
 }
 
 static void test_lanes_are_the_scalar_form(void)
