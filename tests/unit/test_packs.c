@@ -2,6 +2,7 @@
 /* Machine code with operations in pairs against the same operations in C, to the bit: random expressions that occur
  * again on other leaves, with sums for differences and operands exchanged, that share values, and that are summed. */
 #include "backend/x86/packs.h"
+#include "base/clones.h"
 #include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
@@ -11,7 +12,7 @@
 enum { CONSTANTS = 10, LEAVES = 60, COPIES = 5, SIZE = 400, MOST = COPIES * SIZE + 100, SLOTS = LEAVES + MOST };
 enum { ROOM = 4 * SLOTS + KMP_PLACES };
 
-typedef void routine(double *v);
+typedef void KMP_MACHINE_CODE routine(double *v);
 
 static kmp_straight operations[MOST];
 static uint32_t count;

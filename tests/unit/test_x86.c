@@ -2,6 +2,7 @@
 /* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
  * long enough to be spilled, operands in memory and in registers, every register. */
 #include "backend/x86/registers.h"
+#include "base/clones.h"
 #include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
@@ -11,7 +12,7 @@
 enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 16, BASES = 3 };
 
 /* More arguments are the bases of addresses. */
-typedef void routine(double *v, double *second, double *third);
+typedef void KMP_MACHINE_CODE routine(double *v, double *second, double *third);
 
 static kmp_straight operations[MOST];
 static bool is_read_later[SLOTS];
