@@ -6,6 +6,7 @@
 #include "backend/encoder/registers.h"
 #include "backend/encoders.h"
 #include "backend/x86/x86.h"
+#include "base/clones.h"
 #include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
@@ -15,7 +16,7 @@
 enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 16, BASES = 3 };
 
 /* More arguments are the bases of addresses. */
-typedef void routine(double *v, double *second, double *third);
+typedef void KMP_MACHINE_CODE routine(double *v, double *second, double *third);
 
 static kmp_straight operations[MOST];
 static bool is_read_later[SLOTS];

@@ -3,6 +3,7 @@
  * again on other leaves, with sums for differences and operands exchanged, that share values, and that are summed. */
 #include "backend/encoder/packs.h"
 #include "backend/encoders.h"
+#include "base/clones.h"
 #include "platform/platform.h"
 #include "random.h"
 #include "testing.h"
@@ -12,7 +13,7 @@
 enum { CONSTANTS = 10, LEAVES = 60, COPIES = 5, SIZE = 400, MOST = COPIES * SIZE + 100, SLOTS = LEAVES + MOST };
 enum { ROOM = 4 * SLOTS + KMP_PLACES };
 
-typedef void routine(double *v);
+typedef void KMP_MACHINE_CODE routine(double *v);
 
 static kmp_straight operations[MOST];
 static uint32_t count;
