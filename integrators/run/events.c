@@ -840,7 +840,7 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const doub
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
     const double *now = kmp_eval_changes(c->eval, t, q, qd);
     for (int k = 0; k < count; k++) {
-        /* What the event has passed is passed: the closed state differs from the one of the search by rounding. */
+        /* A condition that the event has passed is passed: the closed state differs from the located one by rounding. */
         c->beyond[k] = !again && c->looked == t && kmp_event_tracker_changed(c, k);
         c->change[k] = !c->beyond[k] ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
     }
