@@ -631,7 +631,8 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->before), KMP_ROOM(bool, count, &c->located, &c->beyond)) ||
+                        KMP_ROOM(double, count, &c->change, &c->before),
+                        KMP_ROOM(bool, count, &c->located, &c->beyond)) ||
         !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
     kmp_event_tracker_begin_past(system, c->past);
@@ -840,7 +841,7 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const doub
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
     const double *now = kmp_eval_changes(c->eval, t, q, qd);
     for (int k = 0; k < count; k++) {
-        /* A condition that the event has passed is passed: the closed state differs from the located one by rounding. */
+        /* A condition that the event has passed is passed: closed and located states differ by rounding. */
         c->beyond[k] = !again && c->looked == t && kmp_event_tracker_changed(c, k);
         c->change[k] = !c->beyond[k] ? now[k] : c->mode[k] > 0 ? fmax(now[k], DBL_MIN) : fmin(now[k], -DBL_MIN);
     }
