@@ -194,13 +194,15 @@ static const shown_value *value_of(const kempe_model *model, const kmp_output *o
                                                                 [KMP_OUTPUT_GUIDANCE] = guidance_values,
                                                                 [KMP_OUTPUT_POSE] = pose_values,
                                                                 [KMP_OUTPUT_TYRE_CONTACT] = tyre_values};
-    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
     if (values[output->kind])
         return &values[output->kind][output->kind == KMP_OUTPUT_CONTACT ? k % KMP_CONTACT_SHOWN : k];
-    if (force && force->kind == KMP_FORCE_COMPLIANT)
-        return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
-    if (force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
-        return &pressing_numbers[rigid_numbers[k]];
+    if (output->kind == KMP_OUTPUT_FORCE) {
+        const kmp_force *force = &model->forces[output->index];
+        if (force->kind == KMP_FORCE_COMPLIANT)
+            return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
+        if (force->kind == KMP_FORCE_TOUCH && force->touch.clearance) /* a journal */
+            return &pressing_numbers[rigid_numbers[k]];
+    }
     return kmp_output_width(model, output) > 1 ? &components[k] : NULL;
 }
 

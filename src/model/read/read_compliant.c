@@ -468,7 +468,7 @@ static const kmp_expr *read_exponent(const contact *c, bool has)
     const kmp_number absent = {.value = has ? 1.5 : 1};
     const kmp_yaml *node = kmp_yaml_get(c->map, "exponent");
     const kmp_expr *e = node && has ? read_given(c, "exponent", KMP_DIM_NUMBER, KMP_FIELD_POSITIVE) : NULL;
-    if (number_of(c->r, e) < 1)
+    if (node && number_of(c->r, e) < 1)
         kmp_reader_complain(c->r, node->place, "the exponent of %s is %g: it must be at least 1", c->what,
                             number_of(c->r, e));
     return e ? e : kmp_number_expr(&c->r->model->arena, absent);

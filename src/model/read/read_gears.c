@@ -645,7 +645,7 @@ void kmp_read_gear_losses(kmp_reader *r)
     for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++) {
         const kmp_yaml *gear = gears->items[k];
         const bool loses = gear && efficiency_words(r, gear, words),
-                   plays = kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash");
+                   plays = gear && (kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash"));
         if (!root && (loses || plays))
             root = kmp_yaml_copy(&r->scratch, r->root);
         if (root && loses && !forces)

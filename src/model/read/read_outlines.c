@@ -102,7 +102,7 @@ static bool read_chain(reading *c, double first[2], double last[2])
     double place[2];
     for (int k = 0; k < c->node->count; k++) {
         const kmp_yaml *node = c->node->items[k];
-        const bool arc = c->outline->shape == KMP_OUTLINE_PATH && node->kind == KMP_YAML_MAP;
+        const bool arc = k > 0 && c->outline->shape == KMP_OUTLINE_PATH && node->kind == KMP_YAML_MAP;
         if (arc ? !read_path_arc(c, node, last, place)
                 : !read_place(c, node, kmp_outline_words[c->outline->shape], place))
             return false;
