@@ -70,11 +70,10 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
                          kmp_reader_say(c->r, "groove of %s", c->what)};
     kmp_number number = {0};
     place->turns = place->drum || friction;
-    if (friction && (!kmp_read_number(c->r, friction, of[0], KMP_DIM_NUMBER, &number) ||
-                     !kmp_check_rule(c->r, friction, of[0], KMP_FIELD_NOT_NEGATIVE, number.value, "")))
+    if (friction && !kmp_read_ruled(c->r, friction, of[0], KMP_DIM_NUMBER, KMP_FIELD_NOT_NEGATIVE, &number))
         return false;
-    if (groove && (!kmp_read_number(c->r, groove, of[1], kmp_key_dimension(place_keys, "groove"), &number) ||
-                   !kmp_check_rule(c->r, groove, of[1], KMP_FIELD_POSITIVE, number.value, "")))
+    if (groove &&
+        !kmp_read_ruled(c->r, groove, of[1], kmp_key_dimension(place_keys, "groove"), KMP_FIELD_POSITIVE, &number))
         return false;
     return !groove || number.value <= HALF_TURN ||
            kmp_reader_complain(c->r, groove->place, "%s is %.6g deg: it is at most 180 deg, a flat rim", of[1],
@@ -126,15 +125,10 @@ static const kmp_yaml *radius_of(const reading *c, const kmp_yaml *map, bool dru
         kmp_reader_complain(c->r, place, "%s: teeth belong to a drum, or to a wheel with 'grip: yes'", c->what);
         return NULL;
     }
-    if (!kmp_read_fixed(c->r, teeth, of[0], KMP_DIM_NUMBER, &count) ||
-        !kmp_read_number(c->r, pitch, of[1], KMP_DIM_LENGTH, &length) ||
-        !kmp_check_rule(c->r, pitch, of[1], KMP_FIELD_POSITIVE, length.value, "") ||
+    if (!kmp_read_whole(c->r, teeth, of[0], "is", 1, INFINITY, &count) ||
+        !kmp_read_ruled(c->r, pitch, of[1], KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &length) ||
         !check_pitch(c, pitch, length.value))
         return NULL;
-    if (!(count >= 1 && count == floor(count))) {
-        kmp_reader_complain(c->r, teeth->place, "%s is %.6g: a whole number of at least 1 is expected", of[0], count);
-        return NULL;
-    }
     return kmp_yaml_word(&c->r->scratch, pitch->place, kmp_reader_say(c->r, "%.17g*(%s)/(2*pi)", count, pitch->text));
 }
 
@@ -154,13 +148,12 @@ static bool read_layers(const reading *c, const kmp_yaml *map, const kmp_yaml *r
     if (!t)
         return false;
     if (!place->drum)
-        return kmp_reader_complain(c->r, radius->place, "%s: a sheave has one radius: the table '%s' is for a drum",
-                                   c->what, radius->text);
+        return KMP_COMPLAIN(c, radius, "a sheave has one radius: the table '%s' is for a drum", radius->text);
     if (t->method != KMP_TABLE_LINEAR || t->count > MOST_LAYERS)
-        return kmp_reader_complain(c->r, radius->place,
-                                   "%s: the table '%s' of its radius has the method %s and %d points: it is 'method: "
-                                   "linear' with at most %d points",
-                                   c->what, radius->text, kmp_table_method_word(t->method), t->count, MOST_LAYERS);
+        return KMP_COMPLAIN(c, radius,
+                            "the table '%s' of its radius has the method %s and %d points: it is 'method: linear' with "
+                            "at most %d points",
+                            radius->text, kmp_table_method_word(t->method), t->count, MOST_LAYERS);
     if (wound && !kmp_read_fixed(c->r, wound, of, kmp_key_dimension(place_keys, "wound"), &place->wound))
         return false;
     if (!(place->wound >= t->x[0] && place->wound <= t->x[t->count - 1]))
@@ -169,10 +162,8 @@ static bool read_layers(const reading *c, const kmp_yaml *map, const kmp_yaml *r
                                    place->wound, radius->text, t->x[0], t->x[t->count - 1]);
     for (int k = 0; k < t->count; k++)
         if (!(t->y[k] > 0))
-            return kmp_reader_complain(c->r, radius->place,
-                                       "%s: the table '%s' has the radius %.6g m at %.6g rad: it "
-                                       "must be positive",
-                                       c->what, radius->text, t->y[k], t->x[k]);
+            return KMP_COMPLAIN(c, radius, "the table '%s' has the radius %.6g m at %.6g rad: it must be positive",
+                                radius->text, t->y[k], t->x[k]);
     place->layers = named;
     place->radius = (kmp_number){.value = kmp_table_value(t, 0, place->wound)};
     return true;
@@ -201,11 +192,8 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
         !kmp_check_rule(c->r, radius, of, KMP_FIELD_POSITIVE, place->radius.value, ""))
         return false;
     of = kmp_reader_say(c->r, "turns of %s", c->what);
-    if (turns && !kmp_read_fixed(c->r, turns, of, KMP_DIM_NUMBER, &full))
+    if (turns && !kmp_read_whole(c->r, turns, of, "is", 0, MOST_TURNS, &full))
         return false;
-    if (turns && (full < 0 || full != floor(full) || full > MOST_TURNS))
-        return kmp_reader_complain(c->r, turns->place, "%s is %.6g: a whole number from 0 to %d is expected", of, full,
-                                   MOST_TURNS);
     place->wrap = TURN * full;
     return read_rim(c, map, place) && read_yes(c, map, "may_leave", &place->leaves) &&
            read_yes(c, map, "helix", &place->helix);
@@ -217,25 +205,21 @@ static bool check_place(const reading *c, const kmp_yaml *map, int k, bool drum)
     static const char *const keys[] = {"turns", "friction", "groove", "may_leave", "helix"};
     const bool end = !c->rope->closed && (k == 0 || k == c->list->count - 1);
     if (drum && !end)
-        return kmp_reader_complain(c->r, map->place,
-                                   "%s: a rope ends on a drum, so that a drum is its first or its last place", c->what);
+        return KMP_COMPLAIN(c, map, "a rope ends on a drum, so that a drum is its first or its last place");
     if (!drum && end)
-        return kmp_reader_complain(c->r, map->place,
-                                   "%s: a sheave lies between two other places; a rope ends at a point or on a drum",
-                                   c->what);
+        return KMP_COMPLAIN(c, map, "a sheave lies between two other places; a rope ends at a point or on a drum");
     for (int i = 0; drum && i < 5; i++)
         if (kmp_yaml_get(map, keys[i]))
-            return kmp_reader_complain(c->r, kmp_yaml_get(map, keys[i])->place,
-                                       "%s: a drum, or a wheel with grip, has no %s: the rope does not slide there",
-                                       c->what, keys[i]);
+            return KMP_COMPLAIN(c, kmp_yaml_get(map, keys[i]),
+                                "a drum, or a wheel with grip, has no %s: the rope does not slide there", keys[i]);
     if (kmp_yaml_get(map, "groove") && !kmp_yaml_get(map, "friction"))
-        return kmp_reader_complain(c->r, map->place, "%s: groove belongs to friction", c->what);
+        return KMP_COMPLAIN(c, map, "groove belongs to friction");
     if (kmp_yaml_get(map, "grip"))
-        return kmp_reader_complain(c->r, map->place, "%s: grip is 'yes' or absent, and belongs to a 'round'", c->what);
+        return KMP_COMPLAIN(c, map, "grip is 'yes' or absent, and belongs to a 'round'");
     if (c->rope->closed && kmp_yaml_get(map, "friction"))
-        return kmp_reader_complain(c->r, map->place, "%s: friction on a sheave is for a rope with two ends", c->what);
+        return KMP_COMPLAIN(c, map, "friction on a sheave is for a rope with two ends");
     if (kmp_yaml_get(map, "may_leave") && kmp_yaml_get(map, "friction"))
-        return kmp_reader_complain(c->r, map->place, "%s: a sheave with friction has no may_leave", c->what);
+        return KMP_COMPLAIN(c, map, "a sheave with friction has no may_leave");
     return true;
 }
 
@@ -246,11 +230,9 @@ static bool read_ball(const reading *c, const kmp_yaml *map, kmp_rope_place *pla
     const kmp_yaml *radius = kmp_read_required(c->r, map, c->what, "radius");
     for (int i = 0; i < map->count; i++)
         if (strcmp(map->keys[i]->text, "sphere") != 0 && strcmp(map->keys[i]->text, "radius") != 0)
-            return kmp_reader_complain(c->r, map->keys[i]->place, "%s: a sphere has a radius and no %s", c->what,
-                                       map->keys[i]->text);
+            return KMP_COMPLAIN(c, map->keys[i], "a sphere has a radius and no %s", map->keys[i]->text);
     *place = (kmp_rope_place){.point = place->point, .turn = 1, .ball = true, .leaves = true};
-    return radius && kmp_read_number(c->r, radius, of, KMP_DIM_LENGTH, &place->radius) &&
-           kmp_check_rule(c->r, radius, of, KMP_FIELD_POSITIVE, place->radius.value, "");
+    return radius && kmp_read_ruled(c->r, radius, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &place->radius);
 }
 
 static bool read_place(const reading *c, int k)
@@ -273,10 +255,9 @@ static bool read_place(const reading *c, int k)
     if (place->point < 0 || !(kind == 2 ? read_ball : read_round)(c, node, place))
         return false;
     if (!place->ball && c->r->model->bodies[c->r->model->points[place->point].body].flexible > 0)
-        return kmp_reader_complain(c->r, node->place,
-                                   "%s: a sheave or drum on a flexible body has an axis that does not rest: put it on "
-                                   "a rigid body that is welded to it",
-                                   c->what);
+        return KMP_COMPLAIN(c, node,
+                            "a sheave or drum on a flexible body has an axis that does not rest: put it on a rigid "
+                            "body that is welded to it");
     if (c->rope->plane < 0)
         c->rope->plane = k;
     return true;
@@ -372,10 +353,9 @@ static bool check_moves(const reading *c)
     for (int k = 0; k < c->rope->count; k++)
         for (int body = model->points[c->rope->places[k].point].body; body != top; body = model->bodies[body].parent)
             moves = moves || model->bodies[body].motion_count > 0 || model->bodies[body].flexible > 0;
-    return moves || kmp_reader_complain(c->r, c->list->place,
-                                        "%s: all places of its path are fixed to body '%s', so that no motion changes "
-                                        "its length",
-                                        c->what, model->bodies[top].name);
+    return moves || KMP_COMPLAIN(c, c->list,
+                                 "all places of its path are fixed to body '%s', so that no motion changes its length",
+                                 model->bodies[top].name);
 }
 
 static bool is_about(const reading *c, int body, const double axis[3])
@@ -431,8 +411,7 @@ static bool read_own(const reading *c, const char *key, kmp_field_rule rule, kmp
 {
     const kmp_yaml *node = kmp_yaml_get(c->map, key);
     const char *of = kmp_reader_say(c->r, "%s: %s", c->what, key);
-    return !node || (kmp_read_number(c->r, node, of, kmp_key_dimension(rope_keys, key), number) &&
-                     kmp_check_rule(c->r, node, of, rule, number->value, ""));
+    return !node || kmp_read_ruled(c->r, node, of, kmp_key_dimension(rope_keys, key), rule, number);
 }
 
 /* The element that the keys make, and keys that do not belong to it: as rope_elements.c writes it. */
@@ -449,28 +428,22 @@ static bool read_kind(const reading *c)
     const kmp_yaml *force = kmp_yaml_get(c->map, "force");
     int other;
     if (force && kmp_count_keys(c->map, KMP_NAMES_OF(others), &other) > 0)
-        return kmp_reader_complain(c->r, kmp_yaml_get(c->map, others[other])->place,
-                                   "%s: a rope with a 'force' has no %s: its force is a law of distance and rate",
-                                   c->what, others[other]);
+        return KMP_COMPLAIN(c, kmp_yaml_get(c->map, others[other]),
+                            "a rope with a 'force' has no %s: its force is a law of distance and rate", others[other]);
     if (slack && !taut && strcmp(slack->text, "yes") != 0)
-        return kmp_reader_complain(c->r, slack->place, "%s: slack is yes or no", c->what);
+        return KMP_COMPLAIN(c, slack, "slack is yes or no");
     if (stiffness > 1)
-        return kmp_reader_complain(c->r, c->map->place, "%s: 'axial_stiffness' and 'stiffness' exclude each other",
-                                   c->what);
+        return KMP_COMPLAIN(c, c->map, "'axial_stiffness' and 'stiffness' exclude each other");
     if (stiffness && taut)
-        return kmp_reader_complain(c->r, slack->place,
-                                   "%s: an elastic rope only pulls; 'slack: no' is for an inextensible one", c->what);
+        return KMP_COMPLAIN(c, slack, "an elastic rope only pulls; 'slack: no' is for an inextensible one");
     if (restitution && (stiffness || taut))
-        return kmp_reader_complain(c->r, restitution->place,
-                                   "%s: restitution belongs to an inextensible rope that may be slack", c->what);
+        return KMP_COMPLAIN(c, restitution, "restitution belongs to an inextensible rope that may be slack");
     for (int k = 0; k < 2 && !stiffness; k++)
         if (kmp_yaml_get(c->map, elastic[k]))
-            return kmp_reader_complain(c->r, kmp_yaml_get(c->map, elastic[k])->place,
-                                       "%s: %s belongs to a rope with 'stiffness' or 'axial_stiffness'", c->what,
-                                       elastic[k]);
+            return KMP_COMPLAIN(c, kmp_yaml_get(c->map, elastic[k]),
+                                "%s belongs to a rope with 'stiffness' or 'axial_stiffness'", elastic[k]);
     if (preload && kmp_yaml_get(c->map, "length"))
-        return kmp_reader_complain(c->r, preload->place, "%s: the preload follows from 'length': give one of both",
-                                   c->what);
+        return KMP_COMPLAIN(c, preload, "the preload follows from 'length': give one of both");
     c->rope->kind = force ? KMP_ROPE_LAW : stiffness ? KMP_ROPE_ELASTIC : taut ? KMP_ROPE_TAUT : KMP_ROPE_PULLS;
     c->rope->axial = kmp_yaml_get(c->map, "axial_stiffness");
     c->rope->damped = kmp_yaml_get(c->map, "damping");
@@ -501,7 +474,7 @@ static bool check_parts(const reading *c)
                                 ? "a sphere, or a cylinder with a helix, lies between two points"
                                 : NULL;
         if (wrong)
-            return kmp_reader_complain(c->r, c->list->items[k]->place, "%s: %s", c->what, wrong);
+            return KMP_COMPLAIN(c, c->list->items[k], "%s", wrong);
     }
     rope->parts = own > 0 || leaving > 1;
     const char *wrong = leaving > 0 && layered
@@ -511,7 +484,7 @@ static bool check_parts(const reading *c)
                             ? "a rope over spheres or helices, or that may leave several sheaves, is open, and has "
                               "neither drums nor friction"
                             : NULL;
-    return !wrong || kmp_reader_complain(c->r, c->list->place, "%s: %s", c->what, wrong);
+    return !wrong || KMP_COMPLAIN(c, c->list, "%s", wrong);
 }
 
 static void read_rope(const reading *c)
@@ -528,7 +501,7 @@ static void read_rope(const reading *c)
     if (!c->list || !kmp_read_list(c->r, c->list, of, -1))
         return;
     if (c->list->count < 2) {
-        kmp_reader_complain(c->r, c->list->place, "%s: a path has two places or more", c->what);
+        KMP_COMPLAIN(c, c->list, "a path has two places or more");
         return;
     }
     rope->places = KMP_ARENA_NEW(&c->r->model->arena, kmp_rope_place, c->list->count);

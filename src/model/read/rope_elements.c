@@ -27,26 +27,12 @@ static const kmp_yaml *word(const rewriting *w, kmp_place place, const char *tex
     return kmp_yaml_word(&w->r->scratch, place, text);
 }
 
-/* A copy of a section, which takes its place; NULL: it is not a mapping, or there is no memory. */
-static kmp_yaml *open_section(rewriting *w, const char *key)
-{
-    kmp_arena *arena = &w->r->scratch;
-    const kmp_yaml *section = kmp_yaml_get(w->root, key);
-    if (section && section->kind != KMP_YAML_MAP && !section->empty)
-        return NULL;
-    kmp_yaml *copy = section && section->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena, section)
-                                                              : kmp_yaml_new(arena, KMP_YAML_MAP, w->root->place);
-    const int found = kmp_yaml_find(w->root, key);
-    if (copy && found >= 0)
-        w->root->items[found] = copy;
-    else if (copy)
-        kmp_yaml_put(arena, w->root, w->root->place, key, copy);
-    return copy;
-}
-
 static void add_entry(rewriting *w, const rope *own, const char *section, const char *name, const kmp_yaml *entry)
 {
-    kmp_yaml *map = open_section(w, section);
+    const kmp_yaml *there = kmp_yaml_get(w->root, section);
+    if (there && there->kind != KMP_YAML_MAP && !there->empty) /* reported where it is read */
+        return;
+    kmp_yaml *map = kmp_yaml_open(&w->r->scratch, w->root, section);
     if (map && kmp_yaml_get(map, name))
         kmp_reader_complain(w->r, own->key->place,
                             "rope '%s': the section %s has '%s', the name of its own element, already", own->name,
@@ -87,7 +73,7 @@ static void add_tension(rewriting *w, const rope *own)
     if (law && strcmp(law, "0") == 0) /* only a path */
         return;
     if (law) {
-        kmp_yaml_put(arena, entry, place, "sliding", word(w, place, kmp_reader_say(w->r, "length(%s)", own->own)));
+        kmp_yaml_put_word(arena, entry, place, "sliding", kmp_reader_say(w->r, "length(%s)", own->own));
         kmp_yaml_put(arena, entry, place, "force",
                      word(w, kmp_yaml_get(own->map, "force")->place, kmp_reader_say(w->r, "-(%s)", law)));
         add_entry(w, own, "forces", own->name, entry);
@@ -95,15 +81,15 @@ static void add_tension(rewriting *w, const rope *own)
     }
     kmp_yaml_put(arena, entry, place, taut && !is_elastic(own) ? "constraint" : "gap", gap);
     if (stiffness && !damping) { /* its energy is potential */
-        kmp_yaml_put(arena, entry, place, "law", word(w, place, "hertz"));
-        kmp_yaml_put(arena, entry, place, "exponent", word(w, place, "1"));
+        kmp_yaml_put_word(arena, entry, place, "law", "hertz");
+        kmp_yaml_put_word(arena, entry, place, "exponent", "1");
         kmp_yaml_put(arena, entry, place, "stiffness", kmp_yaml_get(own->map, "stiffness"));
     } else if (stiffness || axial) {
         const char *strain = damping ? kmp_reader_say(w->r, "(depth + (%s)*rate)", damping) : "depth";
         const char *over = is_belt(own) ? "length" : "free_length";
         const char *force = stiffness ? kmp_reader_say(w->r, "(%s)*%s", stiffness, strain)
                                       : kmp_reader_say(w->r, "(%s)*%s/%s(%s)", axial, strain, over, own->own);
-        kmp_yaml_put(arena, entry, place, "force", word(w, place, force));
+        kmp_yaml_put_word(arena, entry, place, "force", force);
     } else if (!taut) {
         kmp_yaml_put(arena, entry, place, "restitution", restitution ? restitution : word(w, place, "0"));
     }
@@ -152,7 +138,7 @@ static void add_friction(rewriting *w, const rope *own, int k)
     kmp_yaml_append(arena, levels, NULL, word(w, place, kmp_reader_say(w->r, "(exp(%s) - 1)*(%s)", power, behind)));
     kmp_yaml_append(arena, levels, NULL, word(w, place, kmp_reader_say(w->r, "(1 - exp(-%s))*(%s)", power, behind)));
     kmp_yaml_put(arena, friction, place, "force", levels);
-    kmp_yaml_put(arena, entry, place, "sliding", word(w, place, kmp_reader_say(w->r, "slide(%s.%d)", own->own, k + 1)));
+    kmp_yaml_put_word(arena, entry, place, "sliding", kmp_reader_say(w->r, "slide(%s.%d)", own->own, k + 1));
     kmp_yaml_put(arena, entry, place, "friction", friction);
     add_entry(w, own, "forces", friction_name(w, own, own->name, k), entry);
 }
