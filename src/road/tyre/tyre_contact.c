@@ -196,6 +196,16 @@ static kmp_ref state_of(const rolling *c, int k)
     return kmp_input(c->tree->graph, KMP_IN_QD, (uint32_t)(first + c->tyre->state + k));
 }
 
+/* In the air only the slips of a tyre need the directions of its contact. */
+static void watch_lean(const rolling *c)
+{
+    kmp_graph *g = c->tree->graph;
+    kmp_ref left = kmp_sub(g, c->upright, kmp_const(g, KMP_TYRE_LEANS_MOST * KMP_TYRE_LEANS_MOST));
+    kmp_tree_end(c->tree, c->tyre, FALLEN, c->tyre->state >= 0 ? left : kmp_select(g, c->holds, left, KMP_ONE),
+                 "its axle, the y axis of its point, must not be along the road's normal",
+                 "tyre '%s' has fallen on its side", c->tyre->name);
+}
+
 static void roll(const kmp_tree *tree, const kmp_force *force, rolling *c)
 {
     kmp_graph *g = tree->graph;
@@ -203,10 +213,8 @@ static void roll(const kmp_tree *tree, const kmp_force *force, rolling *c)
     const kmp_road *road = &tree->model->roads[tyre->road];
     *c = (rolling){.tree = tree, .tyre = tyre, .slope = KMP_ZERO};
     find_place(c, road, force);
-    kmp_tree_end(tree, tyre, FALLEN, kmp_sub(g, c->upright, kmp_const(g, KMP_TYRE_LEANS_MOST * KMP_TYRE_LEANS_MOST)),
-                 "its axle, the y axis of its point, must not be along the road's normal",
-                 "tyre '%s' has fallen on its side", tyre->name);
     press(c);
+    watch_lean(c);
     find_velocities(c, road);
     c->friction = kmp_mul(g, kmp_tree_number(tree, &tyre->friction), kmp_tree_number(tree, &road->friction));
     c->kappa = tyre->state >= 0 ? state_of(c, 0) : kmp_div(g, c->slip[0], c->speed);
