@@ -499,7 +499,7 @@ kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **
 static kempe_status judge_ends(kempe_assembly *a)
 {
     const kempe_system *s = a->system;
-    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS);
     KMP_TRY(kmp_made(s->context, eval));
     int from = 0;
     const int k = kmp_eval_next_end(eval, KMP_ENDS_OF_MODEL, 0, a->q, a->qd, NULL, NULL, &from);

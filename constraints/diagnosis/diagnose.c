@@ -689,7 +689,7 @@ static kempe_status judge_ends(kempe_check *check)
     int from = 0;
     if (s->events.count == 0)
         return KEMPE_OK;
-    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS);
     kempe_status status = kmp_made(s->context, eval);
     if (status == KEMPE_OK && check->own)
         status = kmp_assemble_start(s, &start);
