@@ -97,7 +97,7 @@ libraries() {
     source=expat/expat library expat -DEXPAT_BUILD_TOOLS=OFF -DEXPAT_BUILD_EXAMPLES=OFF -DEXPAT_BUILD_TESTS=OFF -DEXPAT_SHARED_LIBS=OFF
 }
 
-# Those of fits and optima.
+# The libraries of fits and optima.
 search_libraries() {
     library cminpack -DUSE_BLAS=OFF -DBUILD_EXAMPLES=OFF -DSHARED_LIBS=OFF
     without_luksan

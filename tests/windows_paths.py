@@ -32,7 +32,7 @@ def run(folder, *words, code=0, cache="off"):
     """The text that a command prints in a folder."""
     done = subprocess.run([*KEMPE, *map(str, words)], capture_output=True, cwd=folder, timeout=300, check=False,
                           env={**os.environ, "WINEDEBUG": "-all", "KEMPE_CACHE": str(cache)})
-    said = re.sub(rb"[0-9a-f]{4}:(?:err|fixme|warn):[^\n]*\n", b"", done.stdout + done.stderr)
+    said = re.sub(rb"[0-9a-f]{4}:[a-z]+:[^\n]*\n", b"", done.stdout + done.stderr)
     assert done.returncode == code, said.decode(errors="replace")
     return said
 

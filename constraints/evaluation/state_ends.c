@@ -8,7 +8,7 @@
 #include <string.h>
 
 struct kmp_state_ends {
-    bool *told;     /* of each condition: it has been doubted */
+    bool *told;     /* of each condition: the result has a warning of it */
     double *change; /* of each condition at the last state */
 };
 

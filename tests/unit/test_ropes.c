@@ -171,6 +171,25 @@ static void a_string_unwinds(void)
         }
 }
 
+/* Both ends of a rope come opposite each other on a sphere, where the shorter way would jump to the other side: a heavy
+ * body moves by 4 m/s. */
+static void a_rope_over_the_middle_of_a_sphere_ends_the_run(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [0, 0, 0]\nground: {points: {A: [-1, 0.05, 0], C: [0, 0, 0]}}\n"
+                         "bodies: {m: {joint: {prismatic: y, at: ground}, mass: 1e12, points: {E: [1, 0, 0]}}}\n"
+                         "ropes: {r: {along: [ground.A, {sphere: ground.C, radius: 0.2}, m.E], force: 50}}\n"
+                         "start: {q: {m: 0.3}, qd: {m: -4}}\n");
+    for (int w = 0; w < WAYS; w++) {
+        kempe_status status;
+        kempe_trajectory *run = simulate_any(&l, &ways[w], 1, &status);
+        CHECK(run && strstr(kempe_trajectory_reason(run), "rope 'r' lies over the middle of the sphere at 'ground.C'"));
+        const int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
+        CHECK_NEAR(run ? kempe_trajectory_time(run, last) : NAN, (0.3 + tan(atan(0.05) - acos(0.99985))) / 4, 1e-8);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* A bungee of 12 m and 500 N/m catches 70 kg: after it is taut, an oscillation about its static extension. The elastic
  * energy is potential. */
 static void a_bungee_catches(void)
@@ -1229,6 +1248,7 @@ static void runs_end_with_a_name(void)
 int main(void)
 {
     TEST(a_path_has_its_length);
+    TEST(a_rope_over_the_middle_of_a_sphere_ends_the_run);
     TEST(turns_and_offsets_count);
     TEST(smooth_bodies_have_the_shortest_way);
     TEST(a_string_unwinds);

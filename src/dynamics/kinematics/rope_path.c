@@ -24,8 +24,12 @@
 /* Smallest wrap of a sheave, in rad: a rope that just touches it starts with rounding. */
 #define LEAST_WRAP -1e-6
 
+/* Cosine of the angle, 1 deg, by which both neighbours of a sphere are not opposite each other: there the shorter way
+ * changes its side. */
+#define OPPOSITE 0.99985
+
 /* Conditions of a place: of the path with all sheaves, then of the path without one that the rope has left. */
-enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS, LAYERS };
+enum { SPAN_ENDS, TURN_ENDS, WRAP_ENDS, PATH_CONDITIONS, OFF = 2 * PATH_CONDITIONS, LAYERS, SIDE_ENDS };
 
 /* The roughest path of a drum with layers: angles of finer ones differ by 1e-12 rad where dr/dw is 1e-3 of the span. */
 enum { ROUGHEST = 3 };
@@ -46,14 +50,20 @@ typedef struct span {
     kmp_vec along; /* unit vector across the axis */
 } span;
 
+/* From a sphere's centre to both its neighbours. */
+static void from_ball(const path *p, kmp_vec from[2])
+{
+    for (int k = 0; k < 2; k++)
+        from[k] = kmp_vec_sub(p->tree->graph, kmp_point_position(p->tree, p->rope->places[2 * k].point, p->link),
+                              kmp_point_position(p->tree, p->rope->places[1].point, p->link));
+}
+
 /* The unit normal of the plane of a sphere's centre and both its neighbours, about which the rope turns to the left. */
 static kmp_vec plane_of_ball(const path *p)
 {
     kmp_graph *g = p->tree->graph;
     kmp_vec from[2];
-    for (int k = 0; k < 2; k++)
-        from[k] = kmp_vec_sub(g, kmp_point_position(p->tree, p->rope->places[2 * k].point, p->link),
-                              kmp_point_position(p->tree, p->rope->places[1].point, p->link));
+    from_ball(p, from);
     const kmp_vec n = kmp_vec_cross(g, from[0], from[1]);
     return kmp_vec_scale(g, kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_vec_dot(g, n, n))), n);
 }
@@ -181,6 +191,20 @@ static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, 
     return change;
 }
 
+/* Runs end where the way round a sphere would change its side. */
+static void end_side(const path *p)
+{
+    kmp_graph *g = p->tree->graph;
+    kmp_vec from[2];
+    const char *body, *name = point_name(p, 1, &body);
+    from_ball(p, from);
+    const kmp_ref sizes = kmp_mul(g, kmp_vec_dot(g, from[0], from[0]), kmp_vec_dot(g, from[1], from[1]));
+    const kmp_ref opposite = kmp_mul(g, kmp_const(g, OPPOSITE), kmp_sqrt(g, sizes));
+    kmp_tree_end(p->tree, &p->rope->places[1], SIDE_ENDS, kmp_add(g, kmp_vec_dot(g, from[0], from[1]), opposite),
+                 "its neighbours are opposite each other, and the shorter way would jump to the other side",
+                 "rope '%s' lies over the middle of the sphere at '%s.%s'", p->rope->name, body, name);
+}
+
 static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
 {
     kmp_graph *g = p->tree->graph;
@@ -188,6 +212,8 @@ static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
     const kmp_ref change = turned_from(p, k, in, out, place->turn * place->wrap);
     const kmp_ref wrap = kmp_add(g, kmp_const(g, place->wrap), place->turn > 0 ? change : kmp_neg(change));
     const char *body, *name = point_name(p, k, &body);
+    if (place->ball)
+        end_side(p);
     if (place->leaves)
         return wrap;
     kmp_tree_end(p->tree, place, numbered(p, WRAP_ENDS), where_it_holds(p, kmp_sub(g, wrap, kmp_const(g, LEAST_WRAP))),
