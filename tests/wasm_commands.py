@@ -6,6 +6,7 @@ files are equal, or their numbers within 1e-12 of the largest of their column; D
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript          every command, with times
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --some   those of the test, and the calls of wasm_calls.mjs
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --chromium   the page of one script, in Chromium
+    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --start      where its start takes how long
 
 The exit code is 77, which skips a test, where Node.js, Chromium or the build for WebAssembly (packaging/build_wasm) is missing. Times and
 estimated errors, which are differences of two runs, are not compared.
@@ -17,6 +18,7 @@ import os
 import pathlib
 import re
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -203,41 +205,60 @@ def by_calls(folder):
 
 
 # A model without motion of its own that the page reads, and its own answer to an error in it.
-PAGE = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script src="{script}"></script><script>
-const answer = (async () => {{
+PAGE = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script>const script = performance.now();</script>
+<script src="{script}"></script><script>
+const read = performance.now(), answer = (async () => {{
     const began = performance.now(), kempe = await Kempe.start();
     const version = await kempe.version(), started = performance.now();
     const run = await kempe.simulate({model}, {{tEnd: 1, noConvergenceCheck: true, backend: "tape", integrator: "dop853"}});
-    const ran = performance.now();
+    const ran = performance.now(), marks = performance.getEntriesByType("mark").map((mark) => [mark.name.replace("kempe: ", ""), mark.startTime]);
     const error = await kempe.check({model}.replace("bodies:", "bodis:")).catch((error) => error);
     const control = new AbortController();
     const cancelled = kempe.simulate({model}, {{tEnd: 1e6, outputStep: 1e5, noConvergenceCheck: true}},
         {{signal: control.signal, onProgress: () => control.abort()}}).catch((error) => error.name);
     return {{version, start_s: (started - began) / 1000, run_s: (ran - started) / 1000, names: run.table.names,
         last: run.table.columns.map((column) => String(column[column.length - 1])), rows: run.table.rowCount,
-        error: error.message, line: error.line, column: error.column, cancelled: await cancelled}};
+        error: error.message, line: error.line, column: error.column, cancelled: await cancelled,
+        marks: [["script", script], ["read", read], ...marks, ["first command", started], ["first motion", ran]]}};
 }})();
 </script>"""
 
 
-def by_chromium(command, folder):
+def page_answer(folder, top):
+    """What the page says, opened as a file by a Chromium of its own."""
     import browser
-    if not browser.CHROMIUM:
-        print("skipped: Chromium is missing")
-        return 77
     model = (ROOT / X.format("four_bar")).read_text()
+    page = pathlib.Path(top) / "page.html"
+    page.write_text(PAGE.format(script=(folder / "kempe_page.js").as_uri(), model=json.dumps(model).replace("</", "<\\/")))
+    chromium = browser.Chromium()
+    chromium.call("Page.navigate", chromium.tab, url=page.as_uri())
+    chromium.wait("Page.loadEventFired")
+    told = chromium.call("Runtime.evaluate", chromium.tab, expression="answer", awaitPromise=True, returnByValue=True)
+    chromium.end()
+    if "exceptionDetails" in told:
+        raise RuntimeError(told["exceptionDetails"])
+    return told["result"]["value"]
+
+
+STARTED = (("script", "the page is opened"), ("read", "kempe_page.js is read"), ("parts", "its base64 is decoded"),
+           ("compiled", "it is decompressed and compiled"), ("ready", "its worker waits for commands"), ("first command", "the first command, --version"),
+           ("first motion", "the first motion, four_bar over 1 s"))
+
+
+def by_start(folder, times=9):
+    """Where the start of the page goes: medians over several Chromiums of the time from its opening on."""
     with tempfile.TemporaryDirectory() as top:
-        page = pathlib.Path(top) / "page.html"
-        page.write_text(PAGE.format(script=(folder / "kempe_page.js").as_uri(), model=json.dumps(model).replace("</", "<\\/")))
-        chromium = browser.Chromium()
-        chromium.call("Page.navigate", chromium.tab, url=page.as_uri())
-        chromium.wait("Page.loadEventFired")
-        told = chromium.call("Runtime.evaluate", chromium.tab, expression="answer", awaitPromise=True, returnByValue=True)
-        chromium.end()
-        if "exceptionDetails" in told:
-            print(told["exceptionDetails"])
-            return 1
-        answer = told["result"]["value"]
+        runs = [dict(page_answer(folder, top)["marks"]) for _ in range(times)]
+    print(f"kempe_page.js in headless Chromium, opened as a file {times} times: median (least, most) from its opening on, ms")
+    for name, what in STARTED:
+        values = sorted(run[name] for run in runs)
+        print(f"{what:40}{statistics.median(values):8.0f}  ({values[0]:.0f}, {values[-1]:.0f})")
+    return 0
+
+
+def by_chromium(command, folder):
+    with tempfile.TemporaryDirectory() as top:
+        answer = page_answer(folder, top)
         table = pathlib.Path(top) / "run.csv"
         subprocess.run([command, "simulate", ROOT / X.format("four_bar"), "--t-end", "1", *TAPE.split(), "--integrator", "dop853", "-o", table],
                        check=True, capture_output=True)
@@ -260,8 +281,12 @@ def main(words):
     if not shutil.which("node") or not (folder / "kempe_module.wasm").exists():
         print(f"skipped: {'Node.js is missing' if not shutil.which('node') else str(folder) + ' is missing: packaging/build_wasm makes it'}")
         return 77
-    if "--chromium" in words:
-        return by_chromium(command, folder)
+    if "--chromium" in words or "--start" in words:
+        import browser
+        if not browser.CHROMIUM:
+            print("skipped: Chromium is missing")
+            return 77
+        return by_chromium(command, folder) if "--chromium" in words else by_start(folder)
     return by_node(words, command, folder) or ("--some" in words and by_calls(folder)) or 0
 
 
