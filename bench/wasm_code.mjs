@@ -4,13 +4,13 @@
 //     node --experimental-wasm-relaxed-simd bench/wasm_code.mjs build/wasm/javascript
 //
 // It runs models, takes the records and the values of the segment of the tape that they ran most, and times both with the engine's
-// f64x2.relaxed_madd (src/backend/wasm/relaxed_sums.c). Emitted code reads and writes slots in memory as the loop does, or keeps what it
-// computes in local variables. Its compiler is part of each command, as commands have memory of their own.
+// f64x2.relaxed_madd (src/backend/wasm/relaxed_sums.c). Emitted code reads slots in memory as the loop does, or keeps what it computes in
+// local variables. Each command would have to compile it, as each has separate memory.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
 const folder = process.argv[2];
-const MODELS = [["four_bar", 1], ["stewart", 0.3], ["jansen_walker", 0.1], ["planetary_gearbox", 0.05]];
+const MODELS = [["four_bar", 1], ["andrews", 0.02], ["bricard", 0.5], ["parallel_robot", 0.3], ["stewart", 0.3]];
 
 /* -- modules ------------------------------------------------------------------------------------------ */
 
@@ -44,7 +44,7 @@ function passing(f) {
     return new WebAssembly.Instance(new WebAssembly.Module(bytes), { e: { f } }).exports.r;
 }
 
-/* -- the segment that a run takes most often ------------------------------------------------------------ */
+/* -- the segment that takes most of a run ------------------------------------------------------------ */
 
 async function busiest(name, end) {
     const { Instance } = WebAssembly, runs = new Map();
@@ -77,12 +77,12 @@ async function busiest(name, end) {
     WebAssembly.Instance = Instance;
     if (!loop) throw new Error("the engine has no f64x2.relaxed_madd");
     const work = ([key, count]) => count * (key.split(" ")[1] - key.split(" ")[0]);
-    const most = [...runs].sort((a, b) => work(b) - work(a))[0];
+    const most = [...runs].sort((a, b) => work(b) - work(a))[0], all = [...runs].reduce((sum, run) => sum + work(run), 0);
     const [first, past, v] = most[0].split(" ").map(Number);
-    return { memory, loop, first, past, v, runs: most[1] };
+    return { memory, loop, first, past, v, runs: most[1], all: all / work([most[0], 1]) };
 }
 
-/* ns of a run: the least of many trials, after some that let the engine's compiler finish. */
+/* ns of a run: the least of many trials, in whose pauses the engine's compiler finishes. */
 async function time(run, count) {
     const times = Math.ceil(4e5 / count);
     let least = Infinity;
@@ -95,21 +95,21 @@ async function time(run, count) {
     return 1e6 * least;
 }
 
-console.log("# ns of a run of the model's busiest segment; times: the loop's over that of the code; compile: of the code, ms, with its first run");
-console.log("model              records  runs in   the loop   code in            times  compile   code with           times  compile");
-console.log("                            the run              memory                             local variables");
+console.log("# ns of a run of the segment that takes most of the model's run, and what all of its segments take, ms; times: the loop's over that");
+console.log("# of code; compiled: code of this segment with its first run, ms");
+console.log("model           records    runs    loop all of them   code in memory  times  compiled   in local variables  times  compiled");
 for (const [name, end] of MODELS) {
-    const { memory, loop, first, past, v, runs } = await busiest(name, end), count = (past - first) / 8;
+    const { memory, loop, first, past, v, runs, all } = await busiest(name, end), count = (past - first) / 8;
     const numbers = [...new Uint16Array(memory.buffer, first, 4 * count)], records = [];
     for (let k = 0; k < count; k++) records.push(numbers.slice(4 * k, 4 * k + 4));
-    const loops = await time(() => loop(first, past, v), count);
-    let row = `${name.padEnd(18)}${String(count).padStart(8)}${String(runs).padStart(9)}${loops.toFixed(0).padStart(11)}`;
+    const loops = await time(() => loop(first, past, v), count), wide = (number, digits, width) => number.toFixed(digits).padStart(width);
+    let row = name.padEnd(16) + wide(count, 0, 7) + wide(runs, 0, 8) + wide(loops, 0, 8) + wide((all * loops) / 1e6, 2, 12);
     for (const keeps of [false, true]) {
         const bytes = emitted(records, keeps), began = performance.now();
         const { r } = new WebAssembly.Instance(new WebAssembly.Module(bytes), { e: { m: memory } }).exports;
         r(v);
         const compiled = performance.now() - began, code = await time(() => r(v), count);
-        row += `${code.toFixed(0).padStart(12)}${(loops / code).toFixed(2).padStart(14)}${compiled.toFixed(1).padStart(9)}`;
+        row += wide(code, 0, keeps ? 21 : 17) + wide(loops / code, 2, 7) + wide(compiled, 1, 10);
     }
     console.log(row);
 }

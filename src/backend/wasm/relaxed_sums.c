@@ -18,7 +18,9 @@
 #define LOAD(distance) 0xfd, 0x5d, 3, distance /* a double, and zero in the other lane */
 #define STORE          0xfd, 0x5b, 3, 0, 0
 #define NOT_BELOW      0x4f
+#define IS_ZERO        0x45
 #define ADD            0x6a
+#define SUBTRACT       0x6b
 #define SHIFT          0x74
 #define BLOCK          0x02, 0x40
 #define LOOP           0x03, 0x40
@@ -37,29 +39,46 @@
         FROM(load, align, 2 * (size)), FROM(load, align, 3 * (size)), MULTIPLY_ADD, STORE, GET(0), NUMBER(4 * (size)), \
         ADD, SET(0), AGAIN, END, END, END
 
-/* Sections: types of a sum and of records, the memory of Kempe, the types of the functions, their names, their code. */
-#define VERSION   0, 'a', 's', 'm', 1, 0, 0, 0
-#define TYPES     1, 14, 2, 0x60, 3, 0x7c, 0x7c, 0x7c, 1, 0x7c, 0x60, 3, 0x7f, 0x7f, 0x7f, 0
+/* Two lanes of an array, at the distance in bytes that parameter 4 has; a function of `size` bytes that goes through
+ * all lanes, with its operations on x, y and z. */
+#define LANES(index)      GET(index), GET(4), ADD
+#define LOAD_LANES(index) LANES(index), 0xfd, 0, 3, 0
+#define STORE_LANES       0xfd, 0x0b, 3, 0
+#define MULTIPLY_SUB      0xfd, 0x88, 0x02 /* f64x2.relaxed_nmadd: z - x y */
+#define NEGATE            0xfd, 0xed, 0x01
+#define OVER_LANES(size, ...)                                                                                          \
+    size, 0, BLOCK, LOOP, GET(4), IS_ZERO, EXIT_IF, GET(4), NUMBER(16), SUBTRACT, SET(4), LANES(0), LOAD_LANES(1),     \
+        LOAD_LANES(2), LOAD_LANES(3), __VA_ARGS__, STORE_LANES, AGAIN, END, END, END
+
+/* Sections: types of a sum, of records and of lanes, the memory of Kempe, the types of the functions, their names,
+ * their code. */
+#define VERSION 0, 'a', 's', 'm', 1, 0, 0, 0
+#define TYPES                                                                                                          \
+    1, 22, 3, 0x60, 3, 0x7c, 0x7c, 0x7c, 1, 0x7c, 0x60, 3, 0x7f, 0x7f, 0x7f, 0, 0x60, 5, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0
 #define MEMORY    2, 8, 1, 1, 'e', 1, 'm', 2, 0, 0
-#define FUNCTIONS 3, 4, 3, 0, 1, 1
-#define NAMES     7, 13, 3, 1, 's', 0, 0, 1, 'n', 0, 1, 1, 'w', 0, 2
-#define CODE      10, 200, 1, 3
+#define FUNCTIONS 3, 7, 6, 0, 1, 1, 2, 2, 2
+#define NAMES     7, 25, 6, 1, 's', 0, 0, 1, 'n', 0, 1, 1, 'w', 0, 2, 1, 'a', 0, 3, 1, 'b', 0, 4, 1, 'c', 0, 5
+#define CODE      10, 0x85, 3, 6
 #define SUM       20, 0, SPLAT(0), SPLAT(1), SPLAT(2), MULTIPLY_ADD, 0xfd, 0x21, 0, END
 #define NARROW    RECORDS(0x2f, 1, 2)
 #define WIDE      RECORDS(0x28, 2, 4)
+#define LANES_ADD OVER_LANES(61, MULTIPLY_ADD)
+#define LANES_SUB OVER_LANES(64, NEGATE, MULTIPLY_ADD)
+#define SUB_LANES OVER_LANES(61, MULTIPLY_SUB)
 
-static const uint8_t module[] = {VERSION, TYPES, MEMORY, FUNCTIONS, NAMES, CODE, SUM, NARROW, WIDE};
+static const uint8_t module[] = {VERSION, TYPES,  MEMORY, FUNCTIONS, NAMES,     CODE,
+                                 SUM,     NARROW, WIDE,   LANES_ADD, LANES_SUB, SUB_LANES};
 
-/* Puts the three functions into the table of function pointers; returns the first one's index, 0: the engine does not
+/* Puts the functions into the table of function pointers; returns the first one's index, 0: the engine does not
  * know an instruction. */
 EM_JS(int, load_sums, (const uint8_t *bytes, size_t size), {
     try {
         const code = new WebAssembly.Module(HEAPU8.slice(bytes, bytes + size));
         const made = new WebAssembly.Instance(code, {e : {m : wasmMemory}});
-        const first = wasmTable.grow(3);
-        wasmTable.set(first, made.exports["s"]);
-        wasmTable.set(first + 1, made.exports["n"]);
-        wasmTable.set(first + 2, made.exports["w"]);
+        const names = "snwabc";
+        const first = wasmTable.grow(names.length);
+        for (let k = 0; k < names.length; k++)
+            wasmTable.set(first + k, made.exports[names[k]]);
         return first;
     } catch (error) {
         return 0;
@@ -103,29 +122,38 @@ static bool round_once(const kmp_relaxed_sums *sums)
     static const uint32_t wide[4] = {3, 0, 1, 2};
     bool good = true;
     for (size_t k = 0; k < sizeof hard / sizeof *hard; k++) {
-        const double *c = hard[k];
-        double v[4] = {c[0], c[1], c[2]}, w[4] = {c[0], c[1], c[2]};
+        const double a = hard[k][0], b = hard[k][1], c = hard[k][2], *expected = hard[k] + 3;
+        const double x[2] = {a, a}, y[2] = {b, b}, z[2] = {c, c}, minus_x[2] = {-a, -a}, minus_z[2] = {-c, -c};
+        double v[4] = {a, b, c}, w[4] = {a, b, c}, d[6];
         sums->narrow(narrow, narrow + 4, v);
         sums->wide(wide, wide + 4, w);
-        good = good && is_right(sums->sum(c[0], c[1], c[2]), c + 3) && is_right(v[3], c + 3) && is_right(w[3], c + 3);
+        sums->product_add(d, x, y, z, sizeof x);
+        sums->product_sub(d + 2, x, y, minus_z, sizeof x);
+        sums->sub_product(d + 4, minus_x, y, z, sizeof x);
+        good = good && is_right(sums->sum(a, b, c), expected) && is_right(v[3], expected) && is_right(w[3], expected);
+        for (int l = 0; l < 6; l++)
+            good = good && is_right(d[l], expected);
     }
     return good;
 }
 
-const kmp_relaxed_sums *kmp_relaxed_sums_here(void)
+const kmp_relaxed_sums *kmp_relaxed_found;
+bool kmp_relaxed_tried;
+
+void kmp_relaxed_try(void)
 {
     static kmp_relaxed_sums sums;
-    static bool tried, good;
-    if (!tried) {
-        tried = true;
-        const uintptr_t first = (uintptr_t)load_sums(module, sizeof module);
-        if (first > 0) {
-            sums = (kmp_relaxed_sums){(double (*)(double, double, double))first,
-                                      (void (*)(const void *, const void *, double *))(first + 1),
-                                      (void (*)(const void *, const void *, double *))(first + 2)};
-            good = round_once(&sums);
-        }
-    }
-    return good ? &sums : NULL;
+    const uintptr_t first = (uintptr_t)load_sums(module, sizeof module);
+    kmp_relaxed_tried = true;
+    if (first == 0)
+        return;
+    sums = (kmp_relaxed_sums){(double (*)(double, double, double))first,
+                              (void (*)(const void *, const void *, double *))(first + 1),
+                              (void (*)(const void *, const void *, double *))(first + 2),
+                              (kmp_relaxed_lanes *)(first + 3),
+                              (kmp_relaxed_lanes *)(first + 4),
+                              (kmp_relaxed_lanes *)(first + 5)};
+    if (round_once(&sums))
+        kmp_relaxed_found = &sums;
 }
 #endif
