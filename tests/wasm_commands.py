@@ -297,7 +297,7 @@ def page_answer(folder, top):
 SPEEDS = (("four_bar", 5, "dop853"), ("stewart", 1, "dop853"), ("jansen_walker", 1, "dop853"), ("andrews", 0.1, "radau"))
 
 
-def by_speed(command, folder, times=25):
+def by_speed(command, folder, times=60):
     """Prints the time of integration in Chromium, in Node.js and natively: the least of several that runs report."""
     print(f"integration, ms, the least of {times} runs; times: of the native tape")
     print(f"{'':28}{'Chromium':>10}{'times':>7}{'Node.js':>10}{'times':>7}{'native tape':>13}{'machine code':>14}")
