@@ -13,9 +13,10 @@ writeFileSync(output, `// SPDX-License-Identifier: BSD-3-Clause
 globalThis.Kempe = (() => {
 ${shared.replace(/^export /gm, "").replaceAll("</", "<\\/")}
 async function loadParts() {
-    const packed = Uint8Array.from(atob("${packed}"), (letter) => letter.charCodeAt(0));
+    const letters = atob("${packed}"), packed = new Uint8Array(letters.length);
+    for (let k = 0; k < packed.length; k++) packed[k] = letters.charCodeAt(k); // Uint8Array.from takes thirty times as long
     const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return { script: ${script}, wasm: await new Response(unpacked).arrayBuffer() };
+    return { script: ${script}, wasm: new Response(unpacked, { headers: { "Content-Type": "application/wasm" } }) };
 }
 return Object.assign(Kempe, { Table, KempeError });
 })();

@@ -99,13 +99,14 @@ export class KempeError extends Error {
 export interface Parts {
     /** The text of kempe_module.js. */
     script: string;
-    /** kempe_module.wasm. */
-    wasm: BufferSource | WebAssembly.Module;
+    /** kempe_module.wasm, or a response with it of type application/wasm, which is compiled while it is read. */
+    wasm: BufferSource | WebAssembly.Module | Response;
 }
 
 /** A worker that runs commands, one after another. Each has memory of its own. */
 export class Kempe {
-    /** Loads the module and starts its worker. */
+    /** Loads the module and starts its worker. It marks its steps for `performance.getEntriesByType("mark")`: "kempe: start",
+     * "kempe: parts", "kempe: compiled", "kempe: ready". */
     static start(parts?: Parts): Promise<Kempe>;
 
     /** "0.2.0" */

@@ -213,9 +213,15 @@ function wordsOf(options) {
 const whole = (files) => Object.fromEntries(Object.entries(files).map(([name, content]) => [name.startsWith("/") ? name : FOLDER + name, content]));
 const aborted = (signal) => signal.reason ?? new DOMException("the computation was cancelled", "AbortError");
 
+/* The module, from bytes or from a response that is still being read. */
+const compile = (wasm) => (wasm instanceof WebAssembly.Module ? wasm : wasm instanceof Response ? WebAssembly.compileStreaming(wasm) : WebAssembly.compile(wasm));
+
+/* Marks of the start, which a page's tools show as user timing. */
+const mark = (what) => performance.mark(`kempe: ${what}`);
+
 export class Kempe {
     #script;
-    #compiled;
+    #compiled; // a promise of the module, compiled once for all workers and commands
     #worker = null;
     #stopped = typeof SharedArrayBuffer === "function" ? new Int32Array(new SharedArrayBuffer(4)) : null;
     #current = null; // {resolve, reject, onProgress}
@@ -228,9 +234,13 @@ export class Kempe {
 
     /** Loads the module from `parts`, or from the files beside this one, and starts its worker. */
     static async start(parts) {
+        mark("start");
         const { script, wasm } = parts ?? (await loadParts());
-        const kempe = new Kempe(script, wasm instanceof WebAssembly.Module ? wasm : await WebAssembly.compile(wasm));
+        mark("parts");
+        const compiled = Promise.resolve(compile(wasm)), kempe = new Kempe(script, compiled);
+        compiled.then(() => mark("compiled"), () => {}); // an error is that of the worker's begin
         await kempe.#begin();
+        mark("ready");
         return kempe;
     }
 
@@ -246,11 +256,14 @@ export class Kempe {
                 if (message.failure) this.#current?.reject(new Error(`Kempe's module failed: ${message.failure}`));
             };
             const failed = (sentence) => (this.#current?.reject ?? reject)(new Error(`Kempe's worker failed: ${sentence}`));
-            beginWorker(this.#script, told, failed).then((worker) => {
+            beginWorker(this.#script, told, failed).then(async (worker) => {
                 this.#worker = worker;
                 worker.hold(); // until it is ready, and during each call, Node.js waits for it
-                worker.post({ compiled: this.#compiled, stopped: this.#stopped });
-            }, reject);
+                worker.post({ compiled: await this.#compiled, stopped: this.#stopped }); // it starts while the module is compiled
+            }).catch((error) => {
+                this.#end();
+                reject(error);
+            });
         });
     }
 
@@ -365,5 +378,6 @@ async function loadParts() {
         if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
         return answer;
     };
-    return { script: await (await load(script)).text(), wasm: await (await load(wasm)).arrayBuffer() };
+    const [text, bytes] = await Promise.all([load(script).then((answer) => answer.text()), load(wasm)]);
+    return { script: text, wasm: bytes.headers.get("Content-Type") === "application/wasm" ? bytes : await bytes.arrayBuffer() };
 }

@@ -6,10 +6,14 @@ files are equal, or their numbers within 1e-12 of the largest of their column; D
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript          every command, with times
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --some   those of the test, and the calls of wasm_calls.mjs
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --chromium   the page of one script, in Chromium
+    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --all-in-chromium   every command there
+    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --start      where the start of the page takes how long
+    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --speed      integration in Chromium, in Node.js and natively
 
 The exit code is 77, which skips a test, where Node.js, Chromium or the build for WebAssembly (packaging/build_wasm) is missing. Times and
 estimated errors, which are differences of two runs, are not compared.
 """
+import base64
 import csv
 import gzip
 import json
@@ -17,11 +21,13 @@ import os
 import pathlib
 import re
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
+import browser
 import windows_commands as beside
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -169,8 +175,52 @@ def sizes(folder):
     return "\n".join(rows)
 
 
-def by_node(words, command, folder):
-    lines = lines_of(words)
+def jobs_of_node(jobs, folder, top):
+    """Runs the jobs by wasm_jobs.mjs, which writes their files, and returns its answers."""
+    (top / "jobs").write_text(json.dumps(jobs))
+    done = subprocess.run(["node", HERE / "wasm_jobs.mjs", folder, top / "jobs"], capture_output=True, timeout=3000, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr.decode())
+    return json.loads(done.stdout)
+
+
+# In a page: `answer` waits for Kempe; job(words, files) runs a command with files in base64, and gives back those that it writes.
+JOBS = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script src="{script}"></script><script>
+const began = performance.now(), kempe = Kempe.start(), answer = kempe.then(() => (performance.now() - began) / 1000);
+const toBytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+const toText = (bytes) => {{
+    let text = "";
+    for (const byte of bytes) text += String.fromCharCode(byte);
+    return btoa(text);
+}};
+const mapped = (object, f) => Object.fromEntries(Object.entries(object).map(([name, value]) => [name, f(value)]));
+async function job(words, files) {{
+    const began = performance.now(), {{ files: written, ...outcome }} = await (await kempe).command(words, {{ files: mapped(files, toBytes) }});
+    return {{ ...outcome, seconds: (performance.now() - began) / 1000, written: mapped(written, toText) }};
+}}
+</script>"""
+
+
+def jobs_of_chromium(jobs, folder, top):
+    """Does the same in a page of one script."""
+    page, done = top / "jobs.html", []
+    page.write_text(JOBS.format(script=(folder / "kempe_page.js").as_uri()))
+    chromium = opened(page)
+    started = evaluated(chromium, "answer")
+    for job in jobs:
+        files = {name: base64.b64encode(pathlib.Path(path).read_bytes()).decode() for name, path in job["files"].items()}
+        answer = evaluated(chromium, f"job({json.dumps(job['words'])}, {json.dumps(files)})")
+        for name, content in answer["written"].items():
+            path = pathlib.Path(job["to"]) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(base64.b64decode(content))
+        done.append(answer)
+    chromium.end()
+    return {"start_s": started, "jobs": done}
+
+
+def by_all(words, command, folder):
+    lines, there = lines_of(words), "Chromium" if "--all-in-chromium" in words else "Node.js"
     with tempfile.TemporaryDirectory() as top:
         top, told, jobs, pairs = pathlib.Path(top), [], [], []
         for k, line in enumerate(lines):
@@ -180,20 +230,15 @@ def by_node(words, command, folder):
             told.append(native(command, line, folders[0]))
             jobs.append({"words": line.replace("OUT", "/out").split(), "files": files_of(line), "to": str(folders[1])})
             pairs.append(folders)
-        (top / "jobs").write_text(json.dumps(jobs))
-        done = subprocess.run(["node", HERE / "wasm_jobs.mjs", folder, top / "jobs"], capture_output=True, timeout=3000, check=False)
-        if done.returncode:
-            print(done.stderr.decode())
-            return 1
-        answers, wrong, same = json.loads(done.stdout), 0, 0
-        print(f"start in Node.js: {answers['start_s']:.3f} s\n{sizes(folder)}\n")
+        answers, wrong, same = (jobs_of_chromium if there == "Chromium" else jobs_of_node)(jobs, folder, top), 0, 0
+        print(f"start in {there}: {answers['start_s']:.3f} s\n{sizes(folder)}\n")
         for line, was, answer, folders in zip(lines, told, answers["jobs"], pairs):
             agrees, row = compare(line, was, answer, folders)
             wrong += not agrees
             same += row == "equal"
             name = line.replace("examples/", "").replace(f" {TAPE}", "").replace(" -o OUT/run.csv", "").replace("OUT/", "")
             print(f"{'agrees' if agrees else 'DIFFERS':8}{name:80.80}{was[3]:8.3f} s native{answer['seconds']:8.3f} s  {row}", flush=True)
-        print(f"{len(lines) - wrong} of {len(lines)} commands agree, {same} of them to the last bit")
+        print(f"{len(lines) - wrong} of {len(lines)} commands agree in {there}, {same} of them to the last bit")
     return 1 if wrong else 0
 
 
@@ -203,41 +248,97 @@ def by_calls(folder):
 
 
 # A model without motion of its own that the page reads, and its own answer to an error in it.
-PAGE = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script src="{script}"></script><script>
-const answer = (async () => {{
+PAGE = """<!doctype html><meta charset="utf-8"><title>Kempe</title><script>const script = performance.now();</script>
+<script src="{script}"></script><script>
+const read = performance.now(), answer = (async () => {{
     const began = performance.now(), kempe = await Kempe.start();
     const version = await kempe.version(), started = performance.now();
     const run = await kempe.simulate({model}, {{tEnd: 1, noConvergenceCheck: true, backend: "tape", integrator: "dop853"}});
-    const ran = performance.now();
+    const ran = performance.now(), marks = performance.getEntriesByType("mark").map((mark) => [mark.name.replace("kempe: ", ""), mark.startTime]);
     const error = await kempe.check({model}.replace("bodies:", "bodis:")).catch((error) => error);
     const control = new AbortController();
     const cancelled = kempe.simulate({model}, {{tEnd: 1e6, outputStep: 1e5, noConvergenceCheck: true}},
         {{signal: control.signal, onProgress: () => control.abort()}}).catch((error) => error.name);
     return {{version, start_s: (started - began) / 1000, run_s: (ran - started) / 1000, names: run.table.names,
         last: run.table.columns.map((column) => String(column[column.length - 1])), rows: run.table.rowCount,
-        error: error.message, line: error.line, column: error.column, cancelled: await cancelled}};
+        error: error.message, line: error.line, column: error.column, cancelled: await cancelled,
+        marks: [["script", script], ["read", read], ...marks, ["first command", started], ["first motion", ran]]}};
 }})();
 </script>"""
 
 
-def by_chromium(command, folder):
-    import browser
-    if not browser.CHROMIUM:
-        print("skipped: Chromium is missing")
-        return 77
+def opened(page):
+    """Begins a Chromium with the page, a file."""
+    chromium = browser.Chromium()
+    chromium.call("Page.navigate", chromium.tab, url=page.as_uri())
+    chromium.wait("Page.loadEventFired")
+    return chromium
+
+
+def evaluated(chromium, expression):
+    told = chromium.call("Runtime.evaluate", chromium.tab, expression=expression, awaitPromise=True, returnByValue=True)
+    if "exceptionDetails" in told:
+        raise RuntimeError(told["exceptionDetails"])
+    return told["result"]["value"]
+
+
+def page_answer(folder, top):
+    """Returns the answer of the page in a new Chromium."""
     model = (ROOT / X.format("four_bar")).read_text()
+    page = pathlib.Path(top) / "page.html"
+    page.write_text(PAGE.format(script=(folder / "kempe_page.js").as_uri(), model=json.dumps(model).replace("</", "<\\/")))
+    chromium = opened(page)
+    answer = evaluated(chromium, "answer")
+    chromium.end()
+    return answer
+
+
+# Models, the ends of their runs, and their integrators.
+SPEEDS = (("four_bar", 5, "dop853"), ("stewart", 1, "dop853"), ("jansen_walker", 1, "dop853"), ("andrews", 0.1, "radau"))
+
+
+def by_speed(command, folder, times=60):
+    """Prints the time of integration in Chromium, in Node.js and natively: the least of several that runs report."""
+    print(f"integration, ms, the least of {times} runs; times: of the native tape")
+    print(f"{'':28}{'Chromium':>10}{'times':>7}{'Node.js':>10}{'times':>7}{'native tape':>13}{'machine code':>14}")
+    for name, end, integrator in SPEEDS:
+        line = f"simulate {X.format(name)} --t-end {end} --no-convergence-check --integrator {integrator} --json OUT/result.json"
+        with tempfile.TemporaryDirectory() as top:
+            top, taken = pathlib.Path(top), []
+            folders = [[top / f"{side}-{k}" for k in range(times)] for side in range(4)]
+            jobs = [[{"words": line.replace("OUT", "/out").split(), "files": files_of(line), "to": str(to)} for to in side] for side in folders[:2]]
+            jobs_of_chromium(jobs[0], folder, top)
+            jobs_of_node(jobs[1], folder, top)
+            for backend, side in zip(("tape", "native"), folders[2:]):
+                for to in side:
+                    to.mkdir()
+                    native(command, f"{line} --backend {backend}", to)
+            for side in folders:
+                taken.append(1000 * min(json.loads((to / "result.json").read_text())["cpu_s"] for to in side))
+        chromium, node, tape, code = taken
+        print(f"{f'{name}, {end} s, {integrator}':28}{chromium:10.1f}{chromium / tape:7.1f}{node:10.1f}{node / tape:7.1f}{tape:13.1f}{code:14.1f}", flush=True)
+    return 0
+
+
+STARTED = (("script", "the page is opened"), ("read", "kempe_page.js is read"), ("parts", "its base64 is decoded"),
+           ("compiled", "it is decompressed and compiled"), ("ready", "its worker waits for commands"), ("first command", "the first command, --version"),
+           ("first motion", "the first motion, four_bar over 1 s"))
+
+
+def by_start(folder, times=9):
+    """Prints what the start of the page takes: medians over several Chromiums of the time from its opening on."""
     with tempfile.TemporaryDirectory() as top:
-        page = pathlib.Path(top) / "page.html"
-        page.write_text(PAGE.format(script=(folder / "kempe_page.js").as_uri(), model=json.dumps(model).replace("</", "<\\/")))
-        chromium = browser.Chromium()
-        chromium.call("Page.navigate", chromium.tab, url=page.as_uri())
-        chromium.wait("Page.loadEventFired")
-        told = chromium.call("Runtime.evaluate", chromium.tab, expression="answer", awaitPromise=True, returnByValue=True)
-        chromium.end()
-        if "exceptionDetails" in told:
-            print(told["exceptionDetails"])
-            return 1
-        answer = told["result"]["value"]
+        runs = [dict(page_answer(folder, top)["marks"]) for _ in range(times)]
+    print(f"kempe_page.js in headless Chromium, opened as a file {times} times: median (least, most) from its opening on, ms")
+    for name, what in STARTED:
+        values = sorted(run[name] for run in runs)
+        print(f"{what:40}{statistics.median(values):8.0f}  ({values[0]:.0f}, {values[-1]:.0f})")
+    return 0
+
+
+def by_chromium(command, folder):
+    with tempfile.TemporaryDirectory() as top:
+        answer = page_answer(folder, top)
         table = pathlib.Path(top) / "run.csv"
         subprocess.run([command, "simulate", ROOT / X.format("four_bar"), "--t-end", "1", *TAPE.split(), "--integrator", "dop853", "-o", table],
                        check=True, capture_output=True)
@@ -260,9 +361,13 @@ def main(words):
     if not shutil.which("node") or not (folder / "kempe_module.wasm").exists():
         print(f"skipped: {'Node.js is missing' if not shutil.which('node') else str(folder) + ' is missing: packaging/build_wasm makes it'}")
         return 77
-    if "--chromium" in words:
-        return by_chromium(command, folder)
-    return by_node(words, command, folder) or ("--some" in words and by_calls(folder)) or 0
+    in_chromium = {"--chromium": lambda: by_chromium(command, folder), "--all-in-chromium": lambda: by_all(words, command, folder),
+                   "--start": lambda: by_start(folder), "--speed": lambda: by_speed(command, folder)}
+    asked = next((run for word, run in in_chromium.items() if word in words), None)
+    if asked and not browser.CHROMIUM:
+        print("skipped: Chromium is missing")
+        return 77
+    return asked() if asked else by_all(words, command, folder) or ("--some" in words and by_calls(folder)) or 0
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 #include "backend/lanes.h"
 #include "backend/prepared.h"
 #include "backend/sincos.h"
+#include "backend/wasm/relaxed_sums.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
@@ -228,6 +229,22 @@ KMP_MULTIPLY_ADD static void run_inline(const kmp_straight *s, const kmp_straigh
         run_operation(s, w, v);
 }
 
+/* Of an even number of lanes. */
+static void run_relaxed(const kmp_relaxed_sums *sums, const kmp_straight *s, const kmp_straight *end, size_t w,
+                        double *v)
+{
+    for (; s < end; s++) {
+        kmp_relaxed_lanes *loop = s->op == KMP_DO_PRODUCT_ADD   ? sums->product_add
+                                  : s->op == KMP_DO_PRODUCT_SUB ? sums->product_sub
+                                  : s->op == KMP_DO_SUB_PRODUCT ? sums->sub_product
+                                                                : NULL;
+        if (loop)
+            loop(v + s->d * w, v + s->x * w, v + s->y * w, v + s->z * w, w * sizeof *v);
+        else
+            run_operation(s, w, v);
+    }
+}
+
 static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
 {
     const kmp_code *code = &lanes->code;
@@ -237,8 +254,12 @@ static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
             lanes->segment[segment](lanes->v + l);
         return;
     }
-    (kmp_has_multiply_add() ? run_inline : run_operations)(
-        operations + code->start[segment], operations + code->start[segment + 1], (size_t)lanes->width, lanes->v);
+    const kmp_straight *first = operations + code->start[segment], *end = operations + code->start[segment + 1];
+    const kmp_relaxed_sums *sums = lanes->width % 2 == 0 ? kmp_relaxed_sums_here() : NULL;
+    if (sums)
+        run_relaxed(sums, first, end, (size_t)lanes->width, lanes->v);
+    else
+        (kmp_has_multiply_add() ? run_inline : run_operations)(first, end, (size_t)lanes->width, lanes->v);
 }
 
 /* The slot of the first output of a stage. */

@@ -8,6 +8,7 @@
  * of a sum (symbolic/contraction.h) have no separate record. Slots are 16 bits wide when they suffice, 32
  * otherwise. */
 #include "backend/prepared.h"
+#include "backend/wasm/relaxed_sums.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include <math.h>
@@ -207,13 +208,24 @@ KMP_MULTIPLY_ADD static void run_multiply_add(const records *t, uint32_t g, doub
     RUN(fma(v[r->a], v[r->b], v[r->c]));
 }
 
+static void run_relaxed(const kmp_relaxed_sums *sums, const records *t, uint32_t g, double *v)
+{
+    if (t->narrow)
+        sums->narrow(t->narrow + t->start[g], t->narrow + t->start[g + 1], v);
+    else
+        sums->wide(t->wide + t->start[g], t->wide + t->start[g + 1], v);
+}
+
 static void run(void *code, int stage)
 {
     tape *t = code;
     kmp_frame *f = &t->frame;
+    const kmp_relaxed_sums *sums = kmp_relaxed_sums_here();
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
         if (!f->program->contraction)
             run_rounded_twice(t->records, g, f->v);
+        else if (sums)
+            run_relaxed(sums, t->records, g, f->v);
         else
             (kmp_has_multiply_add() ? run_multiply_add : run_rounded_once)(t->records, g, f->v);
         kmp_frame_functions(f, g);

@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* a b + c with one rounding, which WebAssembly has no instruction for: most of the time of contracted programs is spent
- * here. The linker sends calls of fma() here (--wrap); those near the ends of the range continue to the C library.
+ * here where the engine has no relaxed instruction either. The linker sends calls of fma() here (--wrap); those near
+ * the ends of the range continue to the C library.
  *
  * The product and the sums are split into a number and its error, and the last sum but one is rounded to odd, after
- * which the last one rounds correctly (Boldo and Melquiond, IEEE Transactions on Computers 57 (2008) 462). */
+ * which the last one rounds correctly (Boldo and Melquiond, IEEE Transactions on Computers 57 (2008) 462). That sum is
+ * seldom needed: first it is rounded plainly, and the result is the same for all numbers within its rounding. */
+#include "backend/wasm/relaxed_sums.h"
+
+#ifdef __EMSCRIPTEN__
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -47,7 +52,7 @@ static double odd_sum(double x, double y)
     return sum;
 }
 
-double kmp_fused_sum(double a, double b, double c)
+static __attribute__((noinline)) double hard_sum(double a, double b, double c)
 {
     const double least = 0x1p-800, most = 0x1p900, product = fabs(a * b);
     if (!(product > least && product < most && fabs(c) < most && fabs(a) < most && fabs(b) < most))
@@ -57,3 +62,18 @@ double kmp_fused_sum(double a, double b, double c)
                  high = sum_of(product_high, middle, &high_low);
     return high + odd_sum(middle_low, high_low);
 }
+
+/* The product and its error, and the sum and its error, are exact; `rest` is the sum of both errors within half a unit
+ * of its last place, and its neighbours are at least as far. Infinite parts make NaN, whose results are unequal. */
+double kmp_fused_sum(double a, double b, double c)
+{
+    const kmp_relaxed_sums *relaxed = kmp_relaxed_sums_here();
+    if (relaxed)
+        return relaxed->sum(a, b, c);
+    const double least = 0x1p-800;
+    double product_low, low;
+    const double product = product_of(a, b, &product_low), sum = sum_of(product, c, &low), rest = low + product_low;
+    const double result = sum + rest * (1 + 0x1p-52), other = sum + rest * (1 - 0x1p-52);
+    return fabs(product) > least && result == other ? result : hard_sum(a, b, c);
+}
+#endif
