@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What is taken away: tables, curves, pictures, videos, the moving mechanism for other programs, and links that contain a model. */
+"use strict";
+
+const VIDEO_SECONDS = 12; /* the longest video */
+
+function saveFile(name, content, type) {
+    const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type })), link = element("a");
+    Object.assign(link, { href: address, download: name });
+    document.body.append(link);
+    link.click();
+    link.remove();
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+    document.documentElement.dataset.downloaded = name;
+}
+
+const stemOf = () => bench.name.replace(/\.[^.]*$/, "");
+
+/* A file that the command of the result writes in addition: curves as SVG, the motion as glTF. */
+async function fromCommand(options, file) {
+    const { answer, text } = resultNow(), model = { [bench.name]: text }, keep = answer.asked.filter((word, k, all) => !["--report", "--output", "--json"].includes(word) && !["--report", "--output", "--json"].includes(all[k - 1]));
+    const told = await bench.engine.command([...keep, ...options], { files: model, run: "file" });
+    if (!told.files[file]) throw new Error(failed(told));
+    return told.files[file];
+}
+
+/* The picture with what is drawn over it, on the colour of the page. */
+async function wholePicture() {
+    const canvas = byId("view"), made = element("canvas"), context = made.getContext("2d"), overlay = byId("gauge").cloneNode(true);
+    Object.assign(made, { width: canvas.width, height: canvas.height });
+    overlay.setAttribute("width", canvas.width);
+    overlay.setAttribute("height", canvas.height);
+    overlay.setAttribute("font-family", "sans-serif");
+    context.fillStyle = styleOf("--card");
+    context.fillRect(0, 0, made.width, made.height);
+    context.drawImage(canvas, 0, 0);
+    const image = new Image();
+    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(overlay))}`;
+    await image.decode();
+    context.drawImage(image, 0, 0);
+    return made;
+}
+
+const pngOf = (canvas) => new Promise((done) => canvas.toBlob(done, "image/png"));
+
+/* One pass of the motion, recorded by the browser while it plays. */
+async function recordVideo() {
+    const [from, to] = timeSpan(), canvas = byId("view");
+    if (!(to > from)) throw new Error("there is no motion to record: press Run first");
+    if (typeof MediaRecorder !== "function" || !canvas.captureStream) throw new Error("this browser cannot record a canvas");
+    const kind = ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type)), parts = [], recorder = new MediaRecorder(canvas.captureStream(30), kind ? { mimeType: kind } : {});
+    recorder.ondataavailable = ({ data: part }) => part.size > 0 && parts.push(part);
+    const ended = new Promise((done) => (recorder.onstop = done)), seconds = Math.min(Math.max(to - from, 1), VIDEO_SECONDS);
+    tellHint(`Recording ${three(seconds)} s of video.`);
+    play(false);
+    recorder.start();
+    const begin = performance.now();
+    await new Promise((done) => {
+        const step = (now) => {
+            const part = (now - begin) / 1000 / seconds;
+            showTime(from + Math.min(Math.max(part, 0), 1) * (to - from));
+            if (part < 1) requestAnimationFrame(step);
+            else done();
+        };
+        requestAnimationFrame(step);
+    });
+    recorder.stop();
+    await ended;
+    tellHint();
+    return [new Blob(parts, { type: recorder.mimeType }), /mp4/.test(recorder.mimeType) ? "mp4" : "webm"];
+}
+
+const hasResult = () => Boolean(resultNow()?.answer?.page);
+const isRun = () => hasResult() && ["simulate", "kinematics"].includes(resultNow().answer.asked[0]);
+
+/* Whether there is something to take away, and how. */
+const DOWNLOADS = {
+    yaml: { ready: () => true, make: () => saveFile(bench.name, bench.text, "text/yaml") },
+    csv: { ready: () => hasResult() && Boolean(resultNow().answer.csv), make: () => saveFile(`${stemOf()}.csv`, resultNow().answer.csv, "text/csv") },
+    svg: { ready: isRun, make: async () => saveFile(`${stemOf()}.svg`, await fromCommand(["--plot", "/out/curves.svg", ...curvesAsked()], "curves.svg"), "image/svg+xml") },
+    "curves-png": { ready: () => !byId("plot-figure").hidden, make: async () => saveFile(`${stemOf()}_curves.png`, await pngOf(byId("plot"))) },
+    png: { ready: () => Boolean(shownScene.m), make: async () => saveFile(`${stemOf()}.png`, await pngOf(await wholePicture())) },
+    video: {
+        ready: () => timeSpan()[1] > timeSpan()[0],
+        async make() {
+            const [video, ending] = await recordVideo();
+            saveFile(`${stemOf()}.${ending}`, video);
+        },
+    },
+    glb: { ready: () => hasResult() && resultNow().answer.asked[0] === "simulate", make: async () => saveFile(`${stemOf()}.glb`, await fromCommand(["--animation", "/out/motion.glb"], "motion.glb"), "model/gltf-binary") },
+    html: { ready: hasResult, make: () => saveFile(`${stemOf()}_${resultNow().answer.asked[0]}.html`, resultNow().answer.html, "text/html") },
+};
+
+/* The curves of the picture as columns of the command. */
+function curvesAsked() {
+    const shown = studies.shown === "motion" ? [...resultNow().run.columns.keys()].filter((name) => groupOfColumn(name) === studies.group) : [];
+    const requested = resultNow().answer.csv.split("\n")[0].split(","), known = shown.filter((name) => requested.includes(name));
+    return known.length > 0 ? ["--y", known.join(",")] : [];
+}
+
+/* -- links -------------------------------------------------------------------------------------------------- */
+
+const LINK = "#model=";
+
+async function throughStream(bytes, stream) {
+    return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
+}
+
+/* The text, compressed, in letters that an address may have. */
+async function linkOf(text) {
+    const bytes = await throughStream(new TextEncoder().encode(text), new CompressionStream("deflate-raw")), letters = btoa(String.fromCharCode(...bytes));
+    return LINK + letters.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+}
+
+/* The text of a link; null: it has none. */
+async function textOfLink(link) {
+    if (!link.startsWith(LINK)) return null;
+    const bytes = new Uint8Array(bytesOf(link.slice(LINK.length).replaceAll("-", "+").replaceAll("_", "/")));
+    return new TextDecoder().decode(await throughStream(bytes, new DecompressionStream("deflate-raw")));
+}
+
+/* The address of the page without its token, where the engine has one, and the model. */
+async function shareModel() {
+    const address = (bench.engine.publicAddress || location.href.split("#")[0]) + (await linkOf(bench.text));
+    document.documentElement.dataset.shared = address;
+    try {
+        await navigator.clipboard.writeText(address);
+        tellHint("The link is copied. A workbench that opens it has this model.");
+    } catch {
+        history.replaceState(null, "", address.slice(address.indexOf("#")));
+        tellHint("The link is in the address bar.");
+    }
+}
+
+/* -- the menu ----------------------------------------------------------------------------------------------- */
+
+async function takeAway(key) {
+    byId("more").open = false;
+    try {
+        await DOWNLOADS[key].make();
+    } catch (error) {
+        tellHint(sentence(error.message));
+    }
+}
+
+function beginFiles(openText) {
+    for (const button of document.querySelectorAll("[data-download]")) button.addEventListener("click", () => takeAway(button.dataset.download));
+    byId("more").addEventListener("toggle", () => {
+        for (const button of document.querySelectorAll("[data-download]")) button.disabled = !DOWNLOADS[button.dataset.download].ready();
+    });
+    document.addEventListener("pointerdown", (event) => !byId("more").contains(event.target) && (byId("more").open = false));
+    byId("more").addEventListener("keydown", (event) => {
+        if (event.key !== "Escape") return;
+        byId("more").open = false;
+        byId("more").querySelector("summary").focus();
+    });
+    byId("share").addEventListener("click", () => {
+        byId("more").open = false;
+        shareModel();
+    });
+    byId("open-file").addEventListener("click", () => byId("file-input").click());
+    byId("file-input").addEventListener("change", async () => {
+        const [file] = byId("file-input").files;
+        byId("more").open = false;
+        if (file) openText(await file.text(), file.name);
+        byId("file-input").value = "";
+    });
+    for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => event.dataTransfer?.types.includes("Files") && event.preventDefault());
+    document.addEventListener("drop", async (event) => {
+        const [file] = event.dataTransfer?.files || [];
+        if (file) openText(await file.text(), file.name);
+    });
+}
