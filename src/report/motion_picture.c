@@ -20,7 +20,7 @@
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
-#include "report/base64.h"
+#include "base/base64.h"
 #include "report/beam_stress.h"
 #include "report/drawing.h"
 #include "report/road_heights.h"

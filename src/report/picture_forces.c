@@ -12,7 +12,7 @@
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
-#include "report/base64.h"
+#include "base/base64.h"
 #include <math.h>
 #include <string.h>
 

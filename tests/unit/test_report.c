@@ -12,7 +12,7 @@
 #include "model/data/variant.h"
 #include "output/plot.h"
 #include "random.h"
-#include "report/base64.h"
+#include "base/base64.h"
 #include "report/comparison_page.h"
 #include "report/drawing.h"
 #include "report/motion_picture.h"

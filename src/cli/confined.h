@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A command that the workbench runs for its page: it reads only files in its working folder, and writes only into
+ * another one. The words before the command's are not for users:
+ *
+ *     kempe confined SCRATCH COUNT NAME.. COMMAND FILE [options]
+ *
+ * SCRATCH has the texts `text0`, `text1`.. that are read in place of the COUNT files of these names, and a folder `out`
+ * for all that is written; progress goes to its file `progress`. In words, `/model/` and `/out/` begin the names of
+ * files in these two folders, as in javascript/kempe.mjs. */
+#pragma once
+
+#include "options.h"
+
+/** Takes the words behind `confined`; returns their number before the command's name, 0 after an error message. */
+int cli_confined_begin(int count, char **words);
+
+bool cli_is_confined(void);
+
+/** Where the command is confined: false after an error message if it must not run so. */
+bool cli_confined_takes(unsigned command, cli_settings *settings);
+
+/** Where the command is confined: the context reads in its folder alone, and has the texts. */
+kempe_status cli_confine(kempe_context *context);
