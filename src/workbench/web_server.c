@@ -303,7 +303,7 @@ static enum MHD_Result drag_body(request *r)
 /* A part of the page; the page itself is "". */
 static enum MHD_Result give_part(request *r)
 {
-    const char *name = *r->name ? r->name : "page.html";
+    const char *name = *r->name ? r->name : "workbench_layout.html";
     for (const kmp_web_part *part = kmp_web_parts; part->name; part++)
         if (strcmp(part->name, name) == 0) {
             for (const char *const *line = part->lines; *line; line++)

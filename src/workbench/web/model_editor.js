@@ -95,7 +95,7 @@ function changeText(after) {
         modelEditor.changeGeneration(true);
         modelEditor.replaceRange(words, modelEditor.posFromIndex(from), modelEditor.posFromIndex(to), "drawn");
         const [first, last] = [from, from + words.length].map((at) => modelEditor.posFromIndex(at)), mark = modelEditor.markText(first, last, { className: "drawn-now" });
-        modelEditor.scrollIntoView({ from: first, to: last }, 40);
+        modelEditor.scrollIntoView({ from: { line: first.line, ch: 0 }, to: { line: last.line, ch: 0 } }, 40);
         setTimeout(() => mark.clear(), 2500);
     });
 }

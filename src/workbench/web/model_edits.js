@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the mouse draws as text of the model, written as a person would: bars, pins, sliders, springs, motors, start values.
+/* The text of what the mouse draws, written as a person would: bars, pins, sliders, springs, motors, start values.
  * Each function takes the text and gives the new one; all other lines stay as they are.
  * A place is { world, body, point, local, axes }: world coordinates; the body it is on (null: empty space), its point of
  * that name (null: none there), the coordinates in the body, and the columns of the body's axes. */

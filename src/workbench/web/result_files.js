@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is taken away: tables, curves, pictures, videos, the moving mechanism for other programs, and links that contain a model. */
+/* Downloads: tables, curves, pictures, videos, the moving mechanism for other programs, and links that contain a model. */
 "use strict";
 
 const VIDEO_SECONDS = 12; /* the longest video */
@@ -73,7 +73,7 @@ async function recordVideo() {
 const hasResult = () => Boolean(resultNow()?.answer?.page);
 const isRun = () => hasResult() && ["simulate", "kinematics"].includes(resultNow().answer.asked[0]);
 
-/* Whether there is something to take away, and how. */
+/* `ready` says whether there is a file, `make` saves it. */
 const DOWNLOADS = {
     yaml: { ready: () => true, make: () => saveFile(bench.name, bench.text, "text/yaml") },
     csv: { ready: () => hasResult() && Boolean(resultNow().answer.csv), make: () => saveFile(`${stemOf()}.csv`, resultNow().answer.csv, "text/csv") },

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What the mouse, a finger or the keyboard does in the picture: turns the view, drags bodies while loops stay closed, picks joints, and
+/* The mouse, a finger and the keyboard in the picture: each turns the view, drags bodies while loops stay closed, picks joints, and
  * draws parts, which change the text of the model. */
 "use strict";
 
@@ -45,7 +45,7 @@ function drawn(text, words) {
 
 const sizeOfView = () => Math.min(byId("view").clientWidth, byId("view").clientHeight) / frameNow().scale;
 
-/* What a tool does between two places; `place` alone where it needs one. */
+/* Each tool acts between two places, or at one of them. */
 const ACTIONS = {
     bar(from, to, normal) {
         if (norm(sub(to.world, from.world)) < 0.5 * gridStep()) return tellHint("A bar needs two different places.");
@@ -181,11 +181,11 @@ function endDrag(held) {
     keep.type = "button";
     keep.id = "keep-start";
     keep.addEventListener("click", () => {
-        const isAngle = (name) => !bench.model.bodies.some(({ motions }) => motions.some(({ coordinate, kind }) => coordinate === name && kind === "T"));
-        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: isAngle(name) }]))), "The start of the model is where the bodies are.");
+        const angles = new Set(coordinateList().filter(({ angle }) => angle).map(({ name }) => name));
+        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The start of the model is where the bodies are.");
         byId("picked").hidden = true;
     });
-    showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, digits(value, 4)]), [keep]);
+    showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, ...coordinateWords(name, value)]), [keep]);
     drawScene();
 }
 
@@ -199,6 +199,12 @@ function showCard(title, rows, buttons) {
     byId("picked").hidden = false;
 }
 
+/* [number, unit] of a coordinate, angles in degrees. */
+function coordinateWords(name, value) {
+    const { angle } = coordinateList().find((one) => one.name === name) || { angle: true };
+    return [digits(angle ? degrees(value) : value, 4), angle ? "deg" : "m"];
+}
+
 /* The values of a joint at the time that is shown. */
 function jointRows({ name, coordinates }) {
     const { run } = bench, t = shownScene.t, shown = run && run.page.picture === shownScene.picture && !shownScene.posed;
@@ -206,7 +212,7 @@ function jointRows({ name, coordinates }) {
     const rows = (coordinates.length ? coordinates : [name]).flatMap((c) => [["position", `q.${c}`], ["velocity", `qd.${c}`], ["acceleration", `qdd.${c}`]].flatMap(([words, column]) => valueOf(column).map(([x, unit]) => [words, digits(x, 5), unit])));
     const row = shown && forces?.rows.find((one) => one.name === name && one.kind === "joints");
     if (row) rows.push(["force", digits(norm(forceAt(row, shownScene.poses, t)[0]), 5), forces.unit]);
-    if (!shown && bench.start) for (const c of coordinates) if (isNumber(bench.start.q[c])) rows.push(["position", digits(bench.start.q[c], 5), "at the start"]);
+    if (!shown && bench.start) for (const c of coordinates) if (isNumber(bench.start.q[c])) rows.push(["at the start", ...coordinateWords(c, bench.start.q[c])]);
     const least = shown && run.page.reactions?.rows.find(([joint]) => joint === name);
     if (least && isNumber(least[2])) rows.push(["largest force", digits(least[2], 5), `N at ${three(least[3])} s`]);
     return rows;

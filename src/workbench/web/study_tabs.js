@@ -100,8 +100,8 @@ function selectOf(id, words, options, value, change = () => {}) {
 
 const curvePoints = ({ x, y }) => Array.from(y, (v, k) => ({ x: x[k], y: v }));
 
-/* Curves { name, points, colour, dashed } with a legend; `even`: x and y have one scale. */
-function drawCurves(curves, { x = "", y = "", even = false } = {}) {
+/* Curves { name, points, colour, dashed } with a legend; `even`: x and y have one scale; `least`: the axis begins there. */
+function drawCurves(curves, { x = "", y = "", even = false, least = null } = {}) {
     byId("plot-figure").hidden = curves.length === 0;
     byId("plot-figure").querySelector("figcaption").replaceChildren(...curves.map(({ name, colour, dashed }) => element("span", lineMark(colour, dashed ? [6, 4] : []), name)));
     if (curves.length === 0) return;
@@ -111,6 +111,7 @@ function drawCurves(curves, { x = "", y = "", even = false } = {}) {
         return [low - room, high + room];
     };
     let spans = { x: ends("x"), y: ends("y") };
+    if (least !== null) spans.y[0] = least;
     if (even) spans = evenSpans(spans, byId("plot").parentElement);
     const sets = curves.map(({ points, colour, dashed }) => curveOf(points, colour, dashed ? { borderDash: [6, 4] } : {}));
     drawPlot("plot", sets, { x: evenAxis(spans.x, x), y: evenAxis(spans.y, y) }, (item) => [curves[item.datasetIndex].name, `${digits(item.raw.y, 5)} ${y} at ${digits(item.raw.x, 5)} ${x}`]);
@@ -206,7 +207,7 @@ function showPins({ run }) {
     }));
     if (shownScene.picture !== run.page.picture || !forces) return drawCurves([]);
     const own = forces.rows.filter(({ kind }) => kind === "joints"), curves = own.slice(0, 10).map((row, k) => ({ name: row.name, points: Array.from(forces.x, (x, i) => ({ x, y: norm(forces.at(i, row)) })), colour: curveColour(k) }));
-    return drawCurves(curves, { x: "s", y: forces.unit });
+    return drawCurves(curves, { x: "s", y: forces.unit, least: 0 });
 }
 
 /* A row that can be pressed, also by the keyboard. */
@@ -244,7 +245,8 @@ function showCurves({ run }) {
     const points = movingPoints(), held = new Set(modelJoints(bench.model).filter(({ bodies }) => bodies.includes("ground")).map(({ on, at }) => `${on} ${at}`));
     const free = points.filter(({ body, local }) => !held.has(`${body} ${local}`));
     for (const name of [...studies.points]) if (!points.some((point) => point.name === name)) studies.points.delete(name);
-    if (studies.points.size === 0 && free.length > 0) studies.points.add(free.at(-1).name);
+    const pinned = new Set([...held].map((place) => place.split(" ")[0])), usual = free.filter(({ body }) => !pinned.has(body)).at(-1) ?? free.at(-1);
+    if (studies.points.size === 0 && usual) studies.points.add(usual.name);
     byId("choose").append(...free.slice(0, 24).map(({ name }) => buttonOf(name, studies.points.has(name), () => {
         studies.points[studies.points.has(name) ? "delete" : "add"](name);
         showStudy();
@@ -365,7 +367,7 @@ function showModes({ page, answer }) {
     tellVerdict(page.status, `${page.modes.length} mode${page.modes.length === 1 ? "" : "s"}, ${page.stability}`);
     tellFacts(page, [page.reasons]);
     byId("table").replaceChildren(headRow(["mode", "frequency, Hz", "damping ratio", "decay by e, s", "moves"]), ...page.modes.map((mode, k) => {
-        const row = pressableRow([String(k + 1), mode.eigenvalue[1] > 0 ? digits(mode.frequency, 5) : "\u2013", mode.eigenvalue[1] > 0 ? digits(mode.damping, 4) : "\u2013", digits(mode.decay, 4), mode.moves], () => {
+        const row = pressableRow([String(k + 1), mode.eigenvalue[1] > 0 ? digits(mode.frequency, 5) : "\u2013", mode.eigenvalue[1] > 0 ? digits(mode.damping, 4) : "\u2013", digits(mode.decay, 4), element("td.words", mode.moves)], () => {
             studies.chosen = k;
             showMode(page, k);
             for (const other of byId("table").querySelectorAll("tr")) other.classList.toggle("chosen", other === row);
@@ -395,6 +397,7 @@ const resultNow = () => studies.results[studyNow().of ?? studies.shown];
 function showStudy() {
     const study = studyNow(), result = resultNow(), kept = Object.fromEntries([...byId("ask").querySelectorAll("input")].map((box) => [box.id, box.value]));
     clearResult();
+    byId("result").dataset.study = study.key;
     if (bench.model) study.ask();
     for (const box of byId("ask").querySelectorAll("input")) if (kept[box.id] !== undefined && box.id !== "t-end" && studies.asked === study.key) box.value = kept[box.id];
     studies.asked = study.key;

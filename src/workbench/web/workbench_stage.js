@@ -65,9 +65,17 @@ function showScene(page, { keep = true } = {}) {
         scene.renderer?.clear();
     }
     scene.t = page?.picture ? page.picture.frames.t_start : 0;
-    if (!keep || !scene.fitted) fitScene();
+    if (!keep || !scene.fitted || isOutOfView()) fitScene();
     showTimeBar();
     drawScene();
+}
+
+/* Whether a part of the motion is outside of the view, seen from where a model is seen first; while parts are drawn the view stays. */
+function isOutOfView() {
+    const { m, camera } = shownScene, { width, height, scale, right, up } = frameNow();
+    if (!m || m.follows || drawing.tool !== "select" || camera.yaw !== m.home.yaw || camera.pitch !== m.home.pitch) return false;
+    const away = sub(m.extent.centre, camera.centre), beyond = (axis, half, pixels) => Math.abs(dot(away, axis)) + half > (0.5 * pixels) / scale;
+    return beyond(right, m.extent.width, width) || beyond(up, m.extent.height, height);
 }
 
 /* All of the motion is in view. */
