@@ -24,8 +24,9 @@ import browser
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 KEMPE = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else ROOT / "build/dev/kempe"
 SKIPPED = 77
-SECONDS = 40  # for what a page does after a press
+SECONDS = 20  # for what a page does after a press
 SERVER_MISSING = "microhttpd"
+browser.SECONDS = 30
 
 DRAWN = """kempe: 1
 name: mechanism
@@ -216,7 +217,7 @@ class Workbench(unittest.TestCase):
         return self.page
 
     def tearDown(self):
-        self.page.value("window.onbeforeunload = null")
+        self.page.value("bench.saved = bench.text")  # a page with unsaved text asks before it is left
         self.assertEqual(self.page.complaints(), [])
 
     # -- drawing ------------------------------------------------------------------------------------------------

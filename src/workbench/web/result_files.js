@@ -91,11 +91,12 @@ const DOWNLOADS = {
     html: { ready: hasResult, make: () => saveFile(`${stemOf()}_${resultNow().answer.asked[0]}.html`, resultNow().answer.html, "text/html") },
 };
 
-/* The curves of the picture as columns of the command. */
+/* The curves of the picture as outputs of the command: "position(bar2.C)"; all of them where it has no such word. */
 function curvesAsked() {
-    const shown = studies.shown === "motion" ? [...resultNow().run.columns.keys()].filter((name) => groupOfColumn(name) === studies.group) : [];
-    const requested = resultNow().answer.csv.split("\n")[0].split(","), known = shown.filter((name) => requested.includes(name));
-    return known.length > 0 ? ["--y", known.join(",")] : [];
+    const [kind, ...rest] = studies.group.split(".");
+    if (studies.shown !== "motion") return [];
+    if (kind in GROUP_WORDS) return ["--y", kind];
+    return ["position", "velocity", "acceleration", "reaction"].includes(kind) ? ["--y", `${kind}(${rest.join(".")})`] : [];
 }
 
 /* -- links -------------------------------------------------------------------------------------------------- */
