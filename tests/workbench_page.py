@@ -104,6 +104,7 @@ class Page:
     def open(self, address):
         self.chromium.events = []
         self.call("Page.navigate", url="about:blank")
+        self.until("location.href === 'about:blank'")
         self.call("Page.navigate", url=address)
         self.until("document.documentElement.dataset.ready === 'yes'")
 
@@ -266,8 +267,8 @@ class Workbench(unittest.TestCase):
         page.press("[data-tool=spring]")
         page.checked(lambda: (page.click(page.place([0.3, 0, 0])), page.click(page.place([0.4 * math.sin(math.radians(30)), -0.4 * math.cos(math.radians(30)), 0]))))
         text = page.model()
-        self.assertEqual(text.replace("\nground:\n  points: {B: [0.3, 0, 0]}\n", "").replace(text[text.index("forces:"):text.index("start:")], ""), PENDULUM)
-        self.assertRegex(text, r"\nforces:\n  spring1: \{spring: \[ground\.B, lamp\.end\], stiffness: 1 kN/m, damping: 10, free_length: 0\.36\}\n\nstart:")
+        self.assertEqual(text.replace("ground:\n  points: {B: [0.3, 0, 0]}\n\n", "").replace(text[text.index("forces:"):text.index("start:")], ""), PENDULUM)
+        self.assertRegex(text, r"\nforces:\n  spring1: \{spring: \[ground\.B, lamp\.end\], stiffness: 1 kN/m, damping: 10, free_length: 0\.\d+\}\n\nstart:")
         page.press("[data-tool=slider]")
         end = page.place(page.value("modelPlaces(bench.model).find(({body, point}) => body === 'lamp' && point === 'end').world"))
         page.checked(lambda: (page.pull(end, [end[0] + 90, end[1] + 3]), page.mouse("mouseReleased", [end[0] + 90, end[1] + 3])))
@@ -442,7 +443,7 @@ class Workbench(unittest.TestCase):
             page.press(f"[data-download={kind}]")
             self.assertEqual(page.downloaded(endings[kind])[:len(begin)], begin, kind)
         rows = (page.downloads / "machine.csv").read_text().splitlines()
-        self.assertEqual(len(rows), 102)
+        self.assertEqual(float(rows[-1].split(",")[0]), 1)
 
     def test_a_link_contains_the_model(self):
         page = self.start(DRAWN)

@@ -23,7 +23,7 @@ const fewDigits = (x) => String(Number(x.toPrecision(2)));
 /* -- names -------------------------------------------------------------------------------------------------- */
 
 const isFree = (text, path, name) => !keysAt(readYaml(text), path).includes(name);
-const jointNames = (text) => [...keysAt(readYaml(text), ["joints"]), ...keysAt(readYaml(text), ["loops"]), ...keysAt(readYaml(text), ["drives"]), ...keysAt(readYaml(text), ["bodies"])];
+const jointNames = (text) => [...declaredNames(text).joints, ...keysAt(readYaml(text), ["loops"]), ...keysAt(readYaml(text), ["drives"]), ...keysAt(readYaml(text), ["bodies"])];
 
 /* "bar1", "bar2", .. */
 function numbered(text, path, stem, first = 1) {
