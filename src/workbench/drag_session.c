@@ -52,7 +52,8 @@ kempe_status kempe_drag_new(kempe_context *context, const char *file, kempe_drag
     d->context = context;
     d->file = kmp_strdup(file);
     (void)snprintf(d->folder, sizeof d->folder, "%.*s", (int)kmp_path_folder(file), file);
-    return KMP_GIVE_OR_FREE(kmp_made(context, d->file), drag, d, kempe_drag_free);
+    const kempe_status status = kmp_made(context, d->file);
+    return KMP_GIVE_OR_FREE(status, drag, d, kempe_drag_free);
 }
 
 void kempe_drag_free(kempe_drag *d)
