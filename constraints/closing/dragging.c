@@ -20,7 +20,7 @@ enum { MOST_STEPS = 8, MOST_TRIES = 12 };
 #define LEAST_DAMPING 1e-9
 #define MORE_DAMPING  8.0
 #define LESS_DAMPING  0.2
-#define POOR          0.1 /* parts of the promised gain: less is no step, */
+#define POOR          0.1 /* parts of the promised gain: with less a step is not taken, */
 #define FAIR          0.4 /* less has more damping, */
 #define GOOD          0.8 /* more has less */
 
