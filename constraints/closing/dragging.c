@@ -20,27 +20,49 @@ enum { MOST_STEPS = 8, MOST_TRIES = 12 };
 #define LEAST_DAMPING 1e-9
 #define MORE_DAMPING  8.0
 #define LESS_DAMPING  0.2
+#define POOR          0.1 /* parts of the promised gain: with less a step is not taken, */
+#define FAIR          0.4 /* less has more damping, */
+#define GOOD          0.8 /* more has less */
 
 /* -- new and free ------------------------------------------------------------------------------------ */
 
 KMP_FREES(kmp_dragging, d, kmp_mode_watch_free(d->watch), kmp_walk_free(d->walk), kmp_arena_free(&d->arena))
 
+/* Releases drives, but not locks. Returns the number of their rows. */
+static int release_drives(kmp_dragging *d)
+{
+    const kempe_system *s = d->system;
+    int count = 0;
+    for (int r = 0; r < s->m; r++) {
+        d->released[r] = s->model->closures[s->rows[r].closure].kind == KMP_CLOSURE_drive;
+        count += d->released[r];
+    }
+    if (count > 0)
+        d->walk->excluded = d->released;
+    if (d->walk->rank >= 0)
+        d->walk->rank -= count;
+    return count;
+}
+
 /* Counts the degrees of freedom at the start, and watches the assembly modes by independent coordinates: as many of the
  * model's choice as can be. False: no memory. */
-static bool choose_watched(kmp_dragging *d)
+static bool choose_watched(kmp_dragging *d, bool driven)
 {
     const kempe_model *model = d->system->model;
     const int n = d->system->n;
     bool *liked = KMP_ARENA_NEW(&d->arena, bool, n + 1);
     int *u = KMP_ARENA_NEW(&d->arena, int, n + 1);
-    if (!liked || !u)
+    double *jacobian = KMP_ARENA_NEW(&d->arena, double, d->system->jacobian.count + 1);
+    if (!liked || !u || !jacobian)
         return false;
     for (int k = 0; k < n; k++)
         liked[k] = model->start.hold[k] || d->hold[k];
     for (int k = 0; k < model->run.independent_count; k++)
         liked[model->run.independent[k]] = true;
     kmp_walk_evaluate(d->walk, d->q);
-    const int count = kmp_partition_prefer(d->system, d->walk->eval->jacobian, liked, u);
+    for (int e = 0; e < d->system->jacobian.count; e++)
+        jacobian[e] = d->released[d->system->jacobian.row[e]] ? 0 : d->walk->eval->jacobian[e];
+    const int count = kmp_partition_prefer(d->system, jacobian, liked, u);
     if (count < 0)
         return false;
     memset(liked, 0, (size_t)n * sizeof *liked);
@@ -48,8 +70,16 @@ static bool choose_watched(kmp_dragging *d)
         liked[u[k]] = true;
         d->freedoms += !d->hold[u[k]];
     }
-    d->watch = count > 0 ? kmp_mode_watch_new(d->system, liked, d->q) : NULL;
+    d->watch = count > 0 && !driven ? kmp_mode_watch_new(d->system, liked, d->q) : NULL;
     return true;
+}
+
+/* Closes q by least changes; the rows that these leave out stay so for what follows. */
+static bool close_loops(kmp_dragging *d, double *q)
+{
+    const bool closed = kmp_walk_close(d->walk, q);
+    d->walk->eval->left_out = d->walk->rank >= 0 || d->walk->excluded ? d->walk->dropped : NULL;
+    return closed;
 }
 
 static kempe_status prepare(kmp_dragging *d)
@@ -60,11 +90,11 @@ static kempe_status prepare(kmp_dragging *d)
     d->walk = kmp_walk_new_of_closures(s);
     d->axes = kmp_arena_alloc(&d->arena, n + 1, three);
     d->places = kmp_arena_alloc(&d->arena, n + 1, three);
-    const bool made =
-        d->walk && d->axes && d->places &&
-        KMP_ARENA_MAKE(&d->arena, KMP_ROOM(bool, n, &d->hold), KMP_ROOM(kmp_pose, s->model->body_count, &d->poses),
-                       KMP_ROOM(double, n, &d->start, &d->q, &d->trial, &d->step),
-                       KMP_ROOM(double, 3 * n, &d->slope, &d->free));
+    const bool made = d->walk && d->axes && d->places &&
+                      KMP_ARENA_MAKE(&d->arena, KMP_ROOM(bool, n, &d->hold), KMP_ROOM(bool, s->m, &d->released),
+                                     KMP_ROOM(kmp_pose, s->model->body_count, &d->poses),
+                                     KMP_ROOM(double, n, &d->start, &d->q, &d->trial, &d->step),
+                                     KMP_ROOM(double, 3 * n, &d->slope, &d->free));
     KMP_TRY(kmp_made(s->context, made));
     KMP_TRY(kmp_assembly_at_start(s, &assembly));
     memcpy(d->q, assembly->q, n * sizeof *d->q);
@@ -74,7 +104,10 @@ static kempe_status prepare(kmp_dragging *d)
         d->hold[k] = s->model->motions[k].elastic;
     d->walk->hold = d->hold;
     d->damping = FIRST_DAMPING;
-    return kmp_made(s->context, choose_watched(d));
+    KMP_TRY(kmp_made(s->context, choose_watched(d, release_drives(d) > 0)));
+    if (!close_loops(d, d->q))
+        memcpy(d->q, d->start, n * sizeof *d->q);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_dragging_new(const kempe_system *system, kmp_dragging **dragging)
@@ -86,14 +119,6 @@ kempe_status kmp_dragging_new(const kempe_system *system, kmp_dragging **draggin
 }
 
 /* -- closed states ----------------------------------------------------------------------------------- */
-
-/* Closes q by least changes; the rows that these leave out stay so for what follows. */
-static bool close_loops(kmp_dragging *d, double *q)
-{
-    const bool closed = kmp_walk_close(d->walk, q);
-    d->walk->eval->left_out = d->walk->rank >= 0 ? d->walk->dropped : NULL;
-    return closed;
-}
 
 /* The factors of least changes at q. False: there are none. */
 static bool factor(kmp_dragging *d, const double *q)
@@ -205,6 +230,15 @@ static double choose_step(kmp_dragging *d, const double r[3], double bound)
     return part * size;
 }
 
+/* The distance that the step leaves by the slope. */
+static double find_promise(const kmp_dragging *d, const double r[3])
+{
+    double left[3];
+    for (int i = 0; i < 3; i++)
+        left[i] = r[i] + kmp_dot(d->system->n, d->slope + i * d->system->n, d->step);
+    return sqrt(kmp_dot(3, left, left));
+}
+
 /* Makes `trial`, closed after the step. False: it is not on the same branch. */
 static bool make_step(kmp_dragging *d)
 {
@@ -236,14 +270,16 @@ static double step_nearer(kmp_dragging *d, int body, const double point[3], cons
     for (int i = 0; i < 3; i++)
         project(d, d->free + i * n);
     for (int k = 0; k < MOST_TRIES; k++, bound *= 0.5) {
-        const double size = choose_step(d, r, bound);
+        const double size = choose_step(d, r, bound), promised = distance - find_promise(d, r);
         if (!(size > 0))
             return 0;
         if (make_step(d)) {
             kmp_pose_all(d->system->model, d->trial, d->poses);
-            if (find_distance(d, body, point, target, there) < distance) {
+            const double gained = distance - find_distance(d, body, point, target, there);
+            if (gained > POOR * promised && gained > 0) {
                 memcpy(d->q, d->trial, (size_t)n * sizeof *d->q);
-                d->damping = fmax(LESS_DAMPING * d->damping, LEAST_DAMPING);
+                d->damping *= gained > GOOD * promised ? LESS_DAMPING : gained < FAIR * promised ? MORE_DAMPING : 1;
+                d->damping = fmax(d->damping, LEAST_DAMPING);
                 return size;
             }
         }

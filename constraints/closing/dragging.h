@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A mechanism follows a point of a body that is dragged: its loops stay closed at t = 0, and the distance from the
- * point to the target falls. Steps are damped least squares (Levenberg, Marquardt) on the closed positions,
+/* A mechanism follows a point of a body that is dragged: its loops stay closed at t = 0, locked coordinates stay,
+ * drives are released, and the distance from the point to the target falls. Steps are damped least squares (Levenberg,
+ * Marquardt) on the closed positions,
  *
  *     dq = -P G' (G P G' + mu 1)^-1 r      r = point - target, G = dr/dq, P onto the null space of J,
  *
@@ -20,6 +21,7 @@ typedef struct kmp_dragging {
     kmp_mode_watch *watch; /* NULL: the assembly modes of this mechanism are not watched */
     int freedoms;
     bool *hold;           /* n: deflections, which stay as in the start */
+    bool *released;       /* m: rows of drives, which do not hold while a point is dragged */
     double *start;        /* n: the assembled start */
     double *q;            /* n: closed */
     kmp_pose *poses;      /* of all bodies at q */

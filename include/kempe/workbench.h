@@ -8,9 +8,9 @@
  *     kempe_workbench_wait(workbench);
  *     kempe_workbench_free(workbench);
  *
- * Its server listens on 127.0.0.1 alone, and answers only requests that know the token of the address. It reads and
- * writes the model file, reads the folder of that file, and runs studies by the command kempe;
- * docs/workbench_protocol.md has what page and server say to each other. The dragging of mechanisms is separate:
+ * Its server listens on 127.0.0.1, and answers only requests with the token of the address. It writes the model file,
+ * reads the folder of that file, and runs studies by the command kempe. docs/workbench_protocol.md has the requests of
+ * the page. The dragging of mechanisms is separate:
  * without a server, a program gives the same requests to a kempe_drag.
  */
 #ifndef KEMPE_WORKBENCH_H
@@ -22,7 +22,7 @@ KEMPE_BEGIN
 
 typedef struct kempe_workbench kempe_workbench;
 
-/** Serves the page of a model file in threads of its own. `command`: the path of the command kempe. `port`: of
+/** Serves the page of a model file in separate threads. `command`: the path of the command kempe. `port`: of
  * 127.0.0.1, 0: any free one. The context receives messages of this call and outlives the workbench. KEMPE_E_IO: the
  * file cannot be read, or the port is taken. KEMPE_E_ARGUMENT: libmicrohttpd is not installed. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workbench_new(kempe_context *context, const char *file, const char *command, int port,
@@ -31,7 +31,8 @@ KEMPE_API kempe_status kempe_workbench_new(kempe_context *context, const char *f
 /** Ends running commands and the server. */
 KEMPE_API void kempe_workbench_free(kempe_workbench *workbench);
 
-/** The address of the page, with its token: whoever knows it may edit and run the model. The workbench owns it. */
+/** The address of the page, with its token: every program that knows it may edit and run the model. The workbench owns
+ * it. */
 KEMPE_API const char *kempe_workbench_address(const kempe_workbench *workbench);
 
 /** Returns when kempe_context_interrupt was called for the context. */

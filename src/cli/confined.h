@@ -16,8 +16,8 @@ int cli_confined_begin(int count, char **words);
 
 bool cli_is_confined(void);
 
-/** Where the command is confined: false after an error message if it must not run so. */
+/** Judges a command that is confined, and moves the files that it writes. False after an error message. */
 bool cli_confined_takes(unsigned command, cli_settings *settings);
 
-/** Where the command is confined: the context reads in its folder alone, and has the texts. */
+/** Gives a confined command's context its texts, and lets it read only in the working folder. */
 kempe_status cli_confine(kempe_context *context);

@@ -617,7 +617,7 @@ struct kmp_process {
     int code;
 };
 
-/* Its signals are those of a program that a user begins, and Ctrl-C of this one's terminal is not for it. */
+/* Its signals are set as of a program that a user begins, and Ctrl-C of this one's terminal is not for it. */
 static bool set_signals(posix_spawnattr_t *attributes)
 {
     sigset_t none, usual;

@@ -52,7 +52,8 @@ kempe_status kempe_drag_new(kempe_context *context, const char *file, kempe_drag
     d->context = context;
     d->file = kmp_strdup(file);
     (void)snprintf(d->folder, sizeof d->folder, "%.*s", (int)kmp_path_folder(file), file);
-    return KMP_GIVE_OR_FREE(kmp_made(context, d->file), drag, d, kempe_drag_free);
+    const kempe_status status = kmp_made(context, d->file);
+    return KMP_GIVE_OR_FREE(status, drag, d, kempe_drag_free);
 }
 
 void kempe_drag_free(kempe_drag *d)
@@ -150,7 +151,7 @@ static kempe_status place(kempe_drag *d, session *s, const kmp_json_value *q, do
         if (k < 0)
             return kmp_fail(d->context, KEMPE_E_ARGUMENT, "'q': the model has no coordinate '%s'", q->keys[i]);
         if (!read_number(q->items[i], &room[k]))
-            return kmp_fail(d->context, KEMPE_E_ARGUMENT, "'q': '%s' is no finite number", q->keys[i]);
+            return kmp_fail(d->context, KEMPE_E_ARGUMENT, "'q': '%s' is not a finite number", q->keys[i]);
     }
     if (kmp_dragging_place(s->dragging, room, report))
         return KEMPE_OK;
@@ -250,7 +251,7 @@ kempe_status kempe_drag_take(kempe_drag *d, const char *request, char **answered
     kmp_json_object(&json, NULL);
     kempe_status status = value && value->kind == KMP_JSON_OBJECT
                               ? answer(d, value, &json)
-                              : kmp_fail(d->context, KEMPE_E_ARGUMENT, "the request is no object of JSON in UTF-8");
+                              : kmp_fail(d->context, KEMPE_E_ARGUMENT, "the request is not an object of JSON in UTF-8");
     if (status != KEMPE_OK) {
         const char *message = kempe_context_message(d->context);
         kmp_json_string(&json, "error", message);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The model file of a workbench: its text with a version that grows whenever the file on disk has changed, whoever
- * changed it. Several threads may use it. */
+/* The model file of a workbench: its text with a version that grows whenever the file on disk has changed, by
+ * any program. Several threads may use it. */
 #pragma once
 
 #include "base/context.h"
@@ -24,7 +24,7 @@ typedef struct kmp_served_file {
 kempe_status kmp_served_file_init(kmp_served_file *file, kempe_context *context, const char *path);
 void kmp_served_file_free(kmp_served_file *file);
 
-/** Looks at the disk. Its version; 0: the file is not there, or is no text, and `why` has a sentence. */
+/** Looks at the disk. Its version; 0: the file is missing or is not a text, and `why` has a sentence. */
 long kmp_served_file_look(kmp_served_file *file, kmp_text *why);
 
 /** Writes {"name": .., "text": .., "version": ..}. */

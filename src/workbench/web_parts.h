@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files of the page, line by line, as embedded by the build: those of src/workbench/web, scripts of src/report/web that
+/* Files of the page, line by line, as embedded by the build: the files of src/workbench/web, scripts of src/report/web that
  * draw mechanisms, the schema of models, and libraries of third_party. */
 #pragma once
 

@@ -149,9 +149,9 @@ static enum MHD_Result refuse(request *r, unsigned code, const char *sentence)
     return give_json(r, code);
 }
 
-/* -- who asks ---------------------------------------------------------------------------------------- */
+/* -- who sends ---------------------------------------------------------------------------------------- */
 
-/* What the headers of a request say about it. */
+/* The headers of a request, counted and judged. */
 typedef struct headers {
     const kempe_workbench *bench;
     int hosts, origins;
@@ -313,7 +313,7 @@ static enum MHD_Result give_part(request *r)
     return refuse(r, MHD_HTTP_NOT_FOUND, "there is nothing at this address");
 }
 
-/* The addresses but those of the page's parts, with a method each. */
+/* The addresses in addition to the page's parts, with a method each. */
 static const struct {
     const char *method, *name;
     enum MHD_Result (*answer)(request *r);
@@ -352,12 +352,12 @@ static enum MHD_Result answer_request(request *r)
     const kmp_json_value *body = kmp_json_read(&arena, r->body.s ? r->body.s : "", r->body.length);
     const enum MHD_Result done = body && body->kind == KMP_JSON_OBJECT
                                      ? addresses[at].take(r, body)
-                                     : refuse(r, MHD_HTTP_BAD_REQUEST, "the body is no object of JSON in UTF-8");
+                                     : refuse(r, MHD_HTTP_BAD_REQUEST, "the body is not an object of JSON in UTF-8");
     kmp_arena_free(&arena);
     return done;
 }
 
-/* Refuses a request by its headers. True: it may go on. */
+/* Refuses a request by its headers. True: its body may come. */
 static bool passes(request *r, const char *url, enum MHD_Result *done)
 {
     headers h = {.bench = r->bench};
@@ -365,7 +365,7 @@ static bool passes(request *r, const char *url, enum MHD_Result *done)
     const char *length = library.lookup_connection_value(r->connection, MHD_HEADER_KIND, "Content-Length");
     (void)library.get_connection_values(r->connection, MHD_HEADER_KIND, take_header, &h);
     if (h.foreign || h.hosts != 1 || h.origins > 1 || (changes && h.origins == 0))
-        *done = refuse(r, MHD_HTTP_FORBIDDEN, "only the page of this workbench may ask it");
+        *done = refuse(r, MHD_HTTP_FORBIDDEN, "only the page of this workbench may send requests");
     else if (!has_token(r->bench, url))
         *done = refuse(r, MHD_HTTP_NOT_FOUND, "there is nothing at this address: it needs the token that was printed");
     else if (length && strtod(length, NULL) > MOST_BODY)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The server of `kempe workbench`: what its protocol says, and what it must refuse.
 
-    python3 tests/workbench.py build/dev/kempe
+    python3 tests/workbench_server.py build/dev/kempe
 """
 import base64
 import concurrent.futures
@@ -61,7 +61,7 @@ class Workbench(unittest.TestCase):
                 return error.code, error.read()
 
     def talk(self, text, timeout=10):
-        """What the server answers to bytes as they are."""
+        """The answer to bytes that are sent as they are."""
         with socket.create_connection(("127.0.0.1", self.port), timeout=timeout) as connection:
             connection.sendall(text if isinstance(text, bytes) else text.encode())
             connection.shutdown(socket.SHUT_WR)
@@ -165,7 +165,7 @@ class Workbench(unittest.TestCase):
 
     def test_token(self):
         wrong = "0" * 32 if self.token[0] != "0" else "1" * 32
-        for path in ("", "file", "page.html", f"{wrong}/file", f"{self.token[:-1]}/file", f"{self.token}x/file", self.token, f"/{self.token}/file", f"%2e/{self.token}/file"):
+        for path in ("", "file", "workbench_layout.html", f"{wrong}/file", f"{self.token[:-1]}/file", f"{self.token}x/file", self.token, f"/{self.token}/file", f"%2e/{self.token}/file"):
             status, body = self.ask(f"http://{self.host}/{path}")
             self.assertEqual(status, 404, path)
             self.assertNotIn(self.token.encode(), body)
