@@ -449,6 +449,8 @@ class Workbench(unittest.TestCase):
         page = self.start(DRAWN)
         link = page.value("linkOf(bench.text)")
         self.assertRegex(link, r"^#model=[\w-]+$")
+        page.value("shareModel().then(() => 1)")
+        self.assertEqual(page.value("document.documentElement.dataset.shared"), link)  # without the token of the address
         page = self.start("", link=link)
         page.until("modelEditor.getValue() !== ''")
         self.assertEqual(page.model(), DRAWN)

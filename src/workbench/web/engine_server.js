@@ -12,6 +12,8 @@ class ServerError extends Error {
 }
 
 const serverEngine = {
+    isPrivate: true, /* its address has a token, which others shall not get */
+
     async ask(address, method = "GET", body = undefined) {
         const answer = await fetch(address, { method, cache: "no-store", ...(body ? { body: JSON.stringify(body), headers: { "Content-Type": "application/json" } } : {}) });
         const told = answer.status === 204 ? null : await answer.json();

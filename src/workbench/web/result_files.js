@@ -120,16 +120,17 @@ async function textOfLink(link) {
     return new TextDecoder().decode(await throughStream(bytes, new DecompressionStream("deflate-raw")));
 }
 
-/* The address of the page without its token, where the engine has one, and the model. */
+/* The address of a page that others can open, with the model; of a server for one user only the part with the model, since the address
+ * has the token of the server. */
 async function shareModel() {
-    const address = (bench.engine.publicAddress || location.href.split("#")[0]) + (await linkOf(bench.text));
+    const part = await linkOf(bench.text), address = bench.engine.isPrivate ? part : location.href.split("#")[0] + part;
     document.documentElement.dataset.shared = address;
     try {
         await navigator.clipboard.writeText(address);
-        tellHint("The link is copied. A workbench that opens it has this model.");
+        tellHint(bench.engine.isPrivate ? "Copied: behind the address of any workbench it opens this model." : "The link is copied: it opens this model.");
     } catch {
-        history.replaceState(null, "", address.slice(address.indexOf("#")));
-        tellHint("The link is in the address bar.");
+        tellNotice("The browser does not let this page copy. The link: ", []);
+        byId("notice").append(element("code", address));
     }
 }
 

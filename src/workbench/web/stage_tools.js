@@ -110,8 +110,9 @@ function drawTools(see, frame) {
         const [cx, cy] = see(p);
         parts.push(drawn2d("circle", { cx, cy, r, fill: "none", stroke: colour, "stroke-width": 2, ...more }));
     };
-    const empty = drawing.tool !== "select" && !shownScene.m ? [[0, 0, 0]] : [];
-    for (const p of empty) parts.push(...["M-9,0H9", "M0,-9V9"].map((d) => drawn2d("path", { d, stroke: softColour(), transform: `translate(${see(p)})` })));
+    const origin = drawing.tool !== "select" && !shownScene.m ? [[0, 0, 0]] : [], points = drawing.tool === "select" && shownScene.m ? [] : modelPlaces(bench.model);
+    for (const p of origin) parts.push(...["M-9,0H9", "M0,-9V9"].map((d) => drawn2d("path", { d, stroke: softColour(), transform: `translate(${see(p)})` })));
+    for (const { world } of points) around(world, 4, { stroke: softColour(), "stroke-width": 1.5 });
     if (drawing.picked) {
         const joint = modelJoints(bench.model).find(({ name }) => name === drawing.picked);
         if (joint) around(joint.world, 11, { "stroke-dasharray": "5 3" });
@@ -140,7 +141,8 @@ async function pull(target) {
     if (held.busy) return;
     held.busy = true;
     try {
-        for (let asked = null; drawing.dragged === held && asked !== held.target; ) {
+        for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
+            if (asked !== held.target) before = Infinity;
             asked = held.target;
             const known = bench.dragText === bench.text;
             const told = await bench.engine.drag({ session: known ? bench.dragSession : null, text: known ? null : bench.text, q: held.q, body: held.body, point: held.point, target: asked });
@@ -150,7 +152,8 @@ async function pull(target) {
             held.at = moved(poseOf(held.body), held.point);
             drawScene();
             byId("view").dataset.closure = told.closure;
-            if (told.distance > 3 * gridStep()) await new Promise((done) => setTimeout(done, 0));
+            nearer = told.distance > 1e-6 && told.distance < 0.98 * before;
+            before = told.distance;
         }
     } catch (error) {
         bench.dragText = null;
@@ -177,6 +180,7 @@ function endDrag(held) {
     if (drawing.dragged === held) drawing.dragged = null;
     if (!held.moved) return;
     bench.dragQ = held.q;
+    drawing.picked = null;
     const keep = element("button", "Use as start");
     keep.type = "button";
     keep.id = "keep-start";
@@ -195,6 +199,7 @@ function showCard(title, rows, buttons) {
     const table = element("table", ...rows.map((cells) => rowOf(...cells))), close = element("button", "Close");
     close.type = "button";
     close.addEventListener("click", () => pick(null));
+    delete byId("picked").dataset.joint;
     byId("picked").replaceChildren(element("strong", title), table, ...buttons, close);
     byId("picked").hidden = false;
 }
@@ -220,21 +225,27 @@ function jointRows({ name, coordinates }) {
 
 function pick(name) {
     drawing.picked = name;
+    delete byId("picked").dataset.joint;
     byId("picked").hidden = !name;
     tellPicked();
     drawScene();
 }
 
+/* While the picture moves only the numbers are written again, so that buttons stay where they are pressed. */
 function tellPicked() {
-    const joint = drawing.picked && modelJoints(bench.model).find(({ name }) => name === drawing.picked);
-    if (!joint) return;
+    const joint = drawing.picked && modelJoints(bench.model).find(({ name }) => name === drawing.picked), card = byId("picked");
+    if (!joint) {
+        if (drawing.picked) pick(null);
+        return;
+    }
+    if (card.dataset.joint === joint.name && !card.hidden) return card.querySelector("table").replaceChildren(...jointRows(joint).map((cells) => rowOf(...cells)));
     const motor = element("button", "Add a motor");
     motor.type = "button";
     motor.addEventListener("click", () => drawn(...motorOn(joint)));
     const may = !bench.wrong && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
-    const focused = byId("picked").contains(document.activeElement);
     showCard(`${joint.name}: ${joint.bodies.join(", ")}`, jointRows(joint), may ? [motor] : []);
-    if (focused) byId("picked").querySelector("button").focus();
+    card.dataset.joint = joint.name;
+    return undefined;
 }
 
 /* -- the pointer -------------------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
 "use strict";
 
 const DEFAULT_END = 2; /* s, where the model has no end */
+const PROGRESS_EACH = 500; /* ms */
 const studies = { shown: "motion", kept: null, results: {}, group: "", over: "t", points: new Set(), chosen: -1 };
 
 /* -- columns ------------------------------------------------------------------------------------------------ */
@@ -375,7 +376,7 @@ function showModes({ page, answer }) {
         row.classList.toggle("chosen", k === studies.chosen);
         return row;
     }));
-    if (studies.chosen >= 0) showMode(page, studies.chosen);
+    if (studies.chosen >= 0 && resultNow().text === bench.text) showMode(page, studies.chosen);
     tellPrinted(answer.text);
 }
 
@@ -398,10 +399,10 @@ function showStudy() {
     const study = studyNow(), result = resultNow(), kept = Object.fromEntries([...byId("ask").querySelectorAll("input")].map((box) => [box.id, box.value]));
     clearResult();
     byId("result").dataset.study = study.key;
-    if (bench.model) study.ask();
+    if (bench.model?.bodies.length) study.ask();
     for (const box of byId("ask").querySelectorAll("input")) if (kept[box.id] !== undefined && box.id !== "t-end" && studies.asked === study.key) box.value = kept[box.id];
     studies.asked = study.key;
-    if (!result) tellFacts(null, [bench.model && !bench.wrong ? "Press Run to compute this study." : ""]);
+    if (!result) tellFacts(null, [bench.model?.bodies.length && !bench.wrong ? "Press Run to compute this study." : ""]);
     else if (result.failed) {
         tellVerdict("failed", result.failed);
         tellPrinted(result.answer?.text);
@@ -413,14 +414,14 @@ async function runStudy() {
     const study = studyNow(), button = byId("run");
     if (bench.running) return stopStudy();
     await bench.checked;
-    if (!bench.model || bench.wrong) {
+    if (!bench.model?.bodies.length || bench.wrong) {
         showStudy();
-        tellVerdict("failed", bench.text.trim() ? "The text has an error: mend it first." : "The page is empty: draw a bar first.");
+        tellVerdict("failed", bench.wrong ? "The text has an error: mend it first." : "The model has no body: draw a bar first.");
         return undefined;
     }
     Object.assign(bench, { running: true, stopping: false });
     Object.assign(shownScene, { span: null, period: 0 });
-    const late = setTimeout(() => (button.textContent = "Stop"), 300), { text } = bench;
+    const late = setTimeout(() => (button.textContent = "Stop"), 300), watch = setInterval(tellProgress, PROGRESS_EACH), { text } = bench;
     try {
         const result = await study.run();
         studies.results[study.of ?? study.key] = { ...result, text };
@@ -428,10 +429,17 @@ async function runStudy() {
         studies.results[study.of ?? study.key] = { failed: sentence(error.message), text };
     }
     clearTimeout(late);
+    clearInterval(watch);
     button.textContent = "Run";
     bench.running = false;
     showStudy();
     return undefined;
+}
+
+/* How far a study is that takes longer. */
+async function tellProgress() {
+    const told = await bench.engine.progress?.("study").catch(() => null);
+    if (told && bench.running) tellVerdict("", `${three(told.done)} of ${three(told.total)} ${told.unit}${told.leftSeconds > 1 ? `, ${duration(told.leftSeconds)} left` : ""}`);
 }
 
 function stopStudy() {

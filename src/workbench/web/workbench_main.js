@@ -32,23 +32,36 @@ async function checkText({ picture = true } = {}) {
         runCommand("assemble", [], { table: false, run: "start" }),
     ]);
     if (text !== bench.text) return undefined;
-    const model = jsonOf(shown, "result.json");
-    bench.wrong = !model || !start.json;
-    tellErrors(bodyless(model, text) ? [] : (model ? start : shown).messages);
-    if (model) bench.model = model;
-    if (bodyless(model, text)) bench.model = null;
-    if (start.json) Object.assign(bench, { start: start.json, startPage: start.page });
-    byId("view").classList.toggle("old", bench.wrong);
+    const model = shown.code === 0 ? jsonOf(shown, "result.json") : null, begun = !model && isBegun(text), closed = Boolean(start.json?.q && start.page);
+    const open = model && !closed && !start.messages.some(({ level }) => level === "error") ? [{ level: "error", text: failed(start) }] : [];
+    bench.wrong = !begun && !model;
+    tellErrors(begun ? [] : [...(model ? start : shown).messages, ...open]);
+    if (model || begun) bench.model = model ?? groundModel(text);
+    if (closed) Object.assign(bench, { start: start.json, startPage: start.page });
+    byId("view").classList.toggle("old", !begun && !closed);
     if (start.page && picture) showScene(start.page);
-    if (bodyless(model, text)) showScene(null);
+    if (begun) showScene(null);
     showSliders();
     tellPicked();
     tellHint();
     return undefined;
 }
 
-/* A model that only has its head yet is no mistake. */
-const bodyless = (model, text) => !model && keysAt(readYaml(text), []).every((key) => ["kempe", "name", "gravity", "ground", "parameters", "run"].includes(key)) && keysAt(readYaml(text), []).includes("kempe");
+/* A model that has no body yet is no mistake. */
+function isBegun(text) {
+    const keys = keysAt(readYaml(text), []);
+    return keys.includes("kempe") && keys.every((key) => ["kempe", "name", "gravity", "ground", "parameters", "run"].includes(key));
+}
+
+/* What is known of it: points of the ground. */
+function groundModel(text) {
+    const tree = readYaml(text), numbers = (name) => {
+        const { start, end } = nodeAt(tree, ["ground", "points", name]);
+        return text.slice(start, end).replace(/[[\]]/g, "").split(",").map(Number);
+    };
+    const points = keysAt(tree, ["ground", "points"]).map((name) => [name, numbers(name)]).filter(([, at]) => at.length === 3 && at.every(Number.isFinite));
+    return { bodies: [], closures: [], ground: { points: Object.fromEntries(points) } };
+}
 
 let typedTimer = 0;
 
@@ -173,8 +186,9 @@ async function followSliders() {
     }
     sliderBusy = true;
     const study = studyNow();
-    if (resultNow()?.answer && study.of !== undefined | study.key === "motion") await runStudy();
-    else await checkText();
+    const follows = resultNow()?.answer && (study.of ?? study.key) === "motion";
+    await checkText({ picture: !follows });
+    if (follows) await runStudy();
     sliderBusy = false;
 }
 
