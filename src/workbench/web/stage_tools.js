@@ -112,7 +112,10 @@ function drawTools(see, frame) {
     };
     const origin = drawing.tool !== "select" && !shownScene.m ? [[0, 0, 0]] : [], points = drawing.tool === "select" && shownScene.m ? [] : modelPlaces(bench.model);
     for (const p of origin) parts.push(...["M-9,0H9", "M0,-9V9"].map((d) => drawn2d("path", { d, stroke: softColour(), transform: `translate(${see(p)})` })));
-    for (const { world } of points) around(world, 4, { stroke: softColour(), "stroke-width": 1.5 });
+    for (const { world, body } of points) {
+        if (body === "ground") parts.push(drawn2d("path", { d: "M0,2L8,15H-8Z", fill: groundColour(), transform: `translate(${see(world)})` }));
+        around(world, 4, { stroke: softColour(), "stroke-width": 1.5 });
+    }
     if (drawing.picked) {
         const joint = modelJoints(bench.model).find(({ name }) => name === drawing.picked);
         if (joint) around(joint.world, 11, { "stroke-dasharray": "5 3" });

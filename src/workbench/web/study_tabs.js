@@ -436,7 +436,7 @@ async function runStudy() {
     return undefined;
 }
 
-/* How far a study is that takes longer. */
+/* The progress of a study that takes longer. */
 async function tellProgress() {
     const told = await bench.engine.progress?.("study").catch(() => null);
     if (told && bench.running) tellVerdict("", `${three(told.done)} of ${three(told.total)} ${told.unit}${told.leftSeconds > 1 ? `, ${duration(told.leftSeconds)} left` : ""}`);

@@ -53,7 +53,7 @@ function isBegun(text) {
     return keys.includes("kempe") && keys.every((key) => ["kempe", "name", "gravity", "ground", "parameters", "run"].includes(key));
 }
 
-/* What is known of it: points of the ground. */
+/* Such a model has points of the ground. */
 function groundModel(text) {
     const tree = readYaml(text), numbers = (name) => {
         const { start, end } = nodeAt(tree, ["ground", "points", name]);

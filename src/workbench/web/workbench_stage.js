@@ -35,9 +35,18 @@ function endScene() {
     Object.assign(shownScene, { m: null, view: null, picture: null, posed: null, poses: [] });
 }
 
+/* A state whose joints and points are in a plane is seen from its front, however thick the bodies are. */
+function withFlatStart(m) {
+    const poses = m.motion(m.picture.frames.t_start), places = m.picture.bodies.flatMap((body, b) => body.points.map((p) => moved(poses[b], p.slice(0, 3))));
+    if (m.basis.planar || m.picture.frames.count > 1 || places.length < 2) return m;
+    const tracks = places.map((p) => [p]), basis = basisOf(m.picture, tracks);
+    return basis.planar ? { ...m, basis, home: { yaw: 0, pitch: 0 }, extent: extentOf(basis, tracks, 0) } : m;
+}
+
 /* Shows the picture of a report's data from its first time on; null: an empty page. `keep`: from the same viewpoint. */
 function showScene(page, { keep = true } = {}) {
     const canvas = byId("view"), scene = shownScene;
+    let turned3d = false;
     endScene();
     play(false);
     Object.assign(scene, { span: null, period: 0 });
@@ -47,7 +56,7 @@ function showScene(page, { keep = true } = {}) {
         const { picture } = page;
         picture.flexible ||= withoutDeformation(picture);
         scene.picture = picture;
-        scene.m = makeMechanism(picture);
+        scene.m = withFlatStart(makeMechanism(picture));
         if (scene.gl ?? (scene.gl = hasWebGL())) {
             scene.view = glView(canvas, scene.m, scene.renderer || undefined);
             scene.renderer = scene.view.renderer;
@@ -56,6 +65,7 @@ function showScene(page, { keep = true } = {}) {
         }
         const own = scene.m.centreAt;
         scene.m.centreAt = (poses) => (scene.m.follows ? own(poses) : scene.camera.centre);
+        turned3d = scene.basis.planar !== scene.m.basis.planar;
         scene.basis = scene.m.basis;
         canvas.dataset.bodies = picture.bodies.length;
         canvas.dataset.frames = picture.frames.count;
@@ -65,12 +75,12 @@ function showScene(page, { keep = true } = {}) {
         scene.renderer?.clear();
     }
     scene.t = page?.picture ? page.picture.frames.t_start : 0;
-    if (!keep || !scene.fitted || isOutOfView()) fitScene();
+    if (!keep || !scene.fitted || turned3d || isOutOfView()) fitScene();
     showTimeBar();
     drawScene();
 }
 
-/* Whether a part of the motion is outside of the view, seen from where a model is seen first; while parts are drawn the view stays. */
+/* True where a part of the motion is outside of the first view of a model; while parts are drawn the view stays. */
 function isOutOfView() {
     const { m, camera } = shownScene, { width, height, scale, right, up } = frameNow();
     if (!m || m.follows || drawing.tool !== "select" || camera.yaw !== m.home.yaw || camera.pitch !== m.home.pitch) return false;
@@ -90,7 +100,7 @@ function fitScene() {
         shownScene.fitted = false;
         return;
     }
-    const border = 9 * m.thick, room = 1.3, sizes = [[width, m.extent.width], [height, m.extent.height]];
+    const border = 9 * m.thick, room = 1.15, sizes = [[width, m.extent.width], [height, m.extent.height]];
     Object.assign(camera, { centre: m.extent.centre, scale: Math.min(...sizes.map(([pixels, half]) => pixels / (2 * (room * half + border) || 1))) });
     shownScene.fitted = true;
 }
