@@ -320,6 +320,19 @@ class Workbench(unittest.TestCase):
         self.assertRegex(page.model(), r"\nstart: \{q: \{A: -?[\d.]+ deg, B: -?[\d.]+ deg, D: -?[\d.]+ deg\}\}\n")
         self.assertEqual(page.text("#messages"), "")
 
+    def test_a_pin_of_the_ground_and_a_coupler_point(self):
+        page = self.start(DRAWN)
+        page.checked(lambda: (page.pull(page.place([0.9, 0, 0]), page.place([0.8, 0, 0])), page.mouse("mouseReleased", page.place([0.8, 0, 0]))))
+        self.assertEqual(page.model(), DRAWN.replace("D: [0.9, 0, 0]", "D: [0.8, 0, 0]"))
+        page.press("#undo")
+        self.assertEqual(page.model(), DRAWN)
+        page.until("modelPlaces(bench.model).some(({ world }) => Math.hypot(world[0] - 0.9, world[1]) < 1e-9)")
+        page.press("[data-tool=point]")
+        page.checked(lambda: (page.click(page.place([0.35, 0.5, 0])), page.click(page.place([0.3, 0.8, 0]))))
+        self.assertEqual(page.model(), DRAWN.replace("C: [0.7, 0.4, 0]", "C: [0.7, 0.4, 0], E: [0.3, 0.5, 0]"))
+        page.run("curves")
+        self.assertRegex(page.text("#verdict"), r"✓ bar2\.E moves within ")
+
     def test_a_joint_tells_its_values(self):
         page = self.start(DRAWN)
         page.run("motion")

@@ -134,6 +134,18 @@ function addPin(given, place, others, normal) {
     return [text, `${joint} pins ${place.body} to the ground.`];
 }
 
+/* A point of a body at a place of its own axes. Returns [text, its name]. */
+function addPoint(text, body, local) {
+    const name = freshLetter(text);
+    return [setEntry(text, ["bodies", body, "points", name], pointText(local)), name];
+}
+
+/* Another place for a point of the ground whose coordinates are numbers; null: they are expressions, which the text has to change. */
+function movePoint(text, point, world) {
+    const node = nodeAt(readYaml(text), ["ground", "points", point]);
+    return node && /^\[[-+.\d\s,e]*\]$/.test(text.slice(node.start, node.end)) ? setEntry(text, ["ground", "points", point], pointText(world)) : null;
+}
+
 /* The direction as an axis: a letter, or three numbers. */
 function directionText(v) {
     const letter = ["x", "y", "z"].find((_, k) => Math.abs(Math.abs(unit(v)[k]) - 1) < 1e-6);

@@ -4,17 +4,20 @@
 "use strict";
 
 const MOVED_PIXELS = 5;
+const ROUNDING = 1e-12; /* values below it are shown as 0 */
+const GRID_DOTS = 4000; /* at most */
 const HINTS = {
     select: "",
     bar: "Bar: press where it begins, and where it ends. In empty space it begins with a pin to the ground.",
     pin: "Pin: press a point or a bar to pin it to the ground; where two bodies meet, to pin them together.",
+    point: "Point: press a body, and pull to the place of the point.",
     slider: "Slider: press a point or a bar, and pull in the direction of the guide.",
     spring: "Spring: press where it begins, and where it ends.",
     motor: "Motor: press a joint.",
 };
 const HINTS_MORE = { drag: "Pull a body to move it, press a joint for its values.", view: "Press a joint for its values; pull to move the view." };
 
-const drawing = { tool: "select", from: null, at: null, cross: null, pointer: "mouse", grip: null, picked: null, dragged: null };
+const drawing = { tool: "select", from: null, at: null, cross: null, pointer: "mouse", grip: null, picked: null, dragged: null, moving: null };
 
 /* -- tools -------------------------------------------------------------------------------------------------- */
 
@@ -57,6 +60,12 @@ const ACTIONS = {
         if (place.body === "ground") return tellHint("This is a point of the ground already.");
         return drawn(...addPin(bench.text, place, placesAt(place, bench.model), normal));
     },
+    point(from, to) {
+        if (!from.body || from.body === "ground") return tellHint("A point belongs to a body: press one first.");
+        if (to.body === from.body && to.point) return tellHint(`${to.body} has the point ${to.point} there.`);
+        const [text, name] = addPoint(bench.text, from.body, localOf(from.body, to.world));
+        return drawn(text, `${from.body}.${name} is a point: Coupler curves has its path.`);
+    },
     slider(from, to, normal) {
         const pull = sub(to.world, from.world), short = norm(pull) < 0.5 * gridStep(), v = short ? frameNow().right : pull, k = v.reduce((best, x, i) => (Math.abs(x) > Math.abs(v[best]) ? i : best), 0);
         const straight = norm(v.filter((_, i) => i !== k)) < 0.12 * Math.abs(v[k]), axis = straight ? [0, 1, 2].map((i) => (i === k ? 1 : 0)) : v;
@@ -75,9 +84,12 @@ const ACTIONS = {
     },
 };
 
+/* The drive of a joint. */
+const driveOf = ({ name, coordinates }) => bench.model.closures.find((closure) => closure.kind === "drive" && (closure.coordinate === name || coordinates.includes(closure.coordinate)));
+
 /* [text, words] with a motor in a joint. */
-function motorOn({ name, kind, coordinates }) {
-    const driven = bench.model.closures.find((closure) => closure.kind === "drive" && (closure.coordinate === name || coordinates.includes(closure.coordinate)));
+function motorOn(joint) {
+    const { name, kind, coordinates } = joint, driven = driveOf(joint);
     if (driven) return [bench.text, `${driven.name} drives this joint already.`];
     if (coordinates.length > 1 || (coordinates.length === 0 && !["revolute", "prismatic"].includes(kind))) return [bench.text, `${name} has no single coordinate: a motor needs a pin or a slider.`];
     const coordinate = coordinates[0] ?? name, value = bench.start?.q?.[coordinate] ?? 0;
@@ -85,7 +97,7 @@ function motorOn({ name, kind, coordinates }) {
     return [text, `${motor} drives ${name}: its law is in the text.`];
 }
 
-const needsTwo = (tool) => ["bar", "slider", "spring"].includes(tool);
+const needsTwo = (tool) => ["bar", "point", "slider", "spring"].includes(tool);
 const placeNow = (pixel) => (drawing.tool === "motor" ? jointAtPixel(pixel, bench.model, drawing.pointer) : placeAtPixel(pixel, bench.model, drawing.pointer));
 
 /* A place is set: the first one of a tool, or what completes it. */
@@ -104,9 +116,18 @@ function setPlace(pixel) {
     return drawScene();
 }
 
+/* Dots on the grid while a tool is chosen, each fifth line of it. */
+function gridDots(see, frame) {
+    const normal = drawingNormal(), step = 5 * gridStep(), pixels = step * frame.scale, [columns, rows] = [frame.width, frame.height].map((size) => Math.ceil(size / pixels) + 1);
+    if (drawing.tool === "select" || !normal || columns * rows > GRID_DOTS) return [];
+    const corner = worldAt([0, frame.height]).map((x) => Math.floor(x / step) * step), [x, y] = see(corner), dots = [];
+    for (let i = 0; i <= columns; i++) for (let j = 0; j <= rows; j++) dots.push(`M${(x + i * pixels).toFixed(1)},${(y - j * pixels).toFixed(1)}h0`);
+    return [drawn2d("path", { d: dots.join(""), stroke: lineColour(), "stroke-width": 2.5, "stroke-linecap": "round", class: "grid" })];
+}
+
 /* The cross and the line of a tool, and the chosen joint. */
 function drawTools(see, frame) {
-    const parts = [], colour = styleOf("--accent"), around = (p, r, more) => {
+    const parts = gridDots(see, frame), colour = styleOf("--accent"), around = (p, r, more) => {
         const [cx, cy] = see(p);
         parts.push(drawn2d("circle", { cx, cy, r, fill: "none", stroke: colour, "stroke-width": 2, ...more }));
     };
@@ -130,6 +151,10 @@ function drawTools(see, frame) {
         const words = drawing.at.name ?? (drawing.at.body ? [drawing.at.body, drawing.at.point].filter(Boolean).join(".") : drawing.at.world.filter((_, k) => "xyz"[k] !== drawingNormal()).map((x) => plain(x)).join(", "));
         const [x, y] = see(drawing.at.world);
         parts.push(label2d(words, Math.min(x + 12, frame.width - 90), y - 10, "start", { class: "on-picture", fill: inkColour(), "font-size": 12 }));
+    }
+    if (drawing.moving) {
+        around(drawing.moving.world, 7);
+        parts.push(drawn2d("path", { d: `M${see(drawing.moving.from)}L${see(drawing.moving.world)}`, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "4 3" }));
     }
     if (drawing.dragged) parts.push(drawn2d("path", { d: `M${see(drawing.dragged.at)}L${see(drawing.dragged.target)}`, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "4 3" }));
     return parts;
@@ -216,8 +241,8 @@ function coordinateWords(name, value) {
 /* The values of a joint at the time that is shown. */
 function jointRows({ name, coordinates }) {
     const { run } = bench, t = shownScene.t, shown = run && run.page.picture === shownScene.picture && !shownScene.posed;
-    const valueOf = (column) => (shown && run.column(column) ? [[valueAtTime(run, column, t), run.column(column).unit]] : []);
-    const rows = (coordinates.length ? coordinates : [name]).flatMap((c) => [["position", `q.${c}`], ["velocity", `qd.${c}`], ["acceleration", `qdd.${c}`]].flatMap(([words, column]) => valueOf(column).map(([x, unit]) => [words, digits(x, 5), unit])));
+    const valueOf = (column) => (shown && run.column(column) ? [[valueAtTime(run, column, t), run.column(column).unit]] : []), shownDigits = (x) => digits(Math.abs(x) < ROUNDING ? 0 : x, 5);
+    const rows = (coordinates.length ? coordinates : [name]).flatMap((c) => [["position", `q.${c}`], ["velocity", `qd.${c}`], ["acceleration", `qdd.${c}`]].flatMap(([words, column]) => valueOf(column).map(([x, unit]) => [words, shownDigits(x), unit])));
     const row = shown && forces?.rows.find((one) => one.name === name && one.kind === "joints");
     if (row) rows.push(["force", digits(norm(forceAt(row, shownScene.poses, t)[0]), 5), forces.unit]);
     if (!shown && bench.start) for (const c of coordinates) if (isNumber(bench.start.q[c])) rows.push(["at the start", ...coordinateWords(c, bench.start.q[c])]);
@@ -245,10 +270,24 @@ function tellPicked() {
     const motor = element("button", "Add a motor");
     motor.type = "button";
     motor.addEventListener("click", () => drawn(...motorOn(joint)));
-    const may = !bench.wrong && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
+    const may = !bench.wrong && !driveOf(joint) && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
     showCard(`${joint.name}: ${joint.bodies.join(", ")}`, jointRows(joint), may ? [motor] : []);
     card.dataset.joint = joint.name;
     return undefined;
+}
+
+/* -- pins of the ground ------------------------------------------------------------------------------------- */
+
+/* The point of the ground at a place, if the text has its numbers. */
+function groundPinAt({ world }) {
+    const pin = modelPlaces(bench.model).find(({ body, point, world: at }) => body === "ground" && point && norm(sub(at, world)) < 1e-6);
+    return pin && !bench.wrong && drawingNormal() && movePoint(bench.text, pin.point, pin.world) !== null ? pin : null;
+}
+
+/* A pin that was pulled has another place in the text; the loops close from there. */
+function setPin({ point, world }) {
+    drawn(movePoint(bench.text, point, world), `ground.${point} is at ${world.map((x) => plain(x)).join(", ")} m.`);
+    drawScene();
 }
 
 /* -- the pointer -------------------------------------------------------------------------------------------- */
@@ -284,7 +323,7 @@ function pressed(event) {
     fingers.set(event.pointerId, pixel);
     drawing.pointer = event.pointerType || "mouse";
     if (fingers.size === 2) {
-        Object.assign(drawing, { grip: { pinch: true }, from: null, dragged: null });
+        Object.assign(drawing, { grip: { pinch: true }, from: null, dragged: null, moving: null });
         return;
     }
     drawing.grip = { from: pixel, last: pixel, moved: false, begun: Boolean(drawing.from), turns: event.shiftKey || event.button === 2 };
@@ -293,7 +332,7 @@ function pressed(event) {
         return;
     }
     const place = placeAtPixel(pixel, bench.model, drawing.pointer);
-    if (!drawing.grip.turns && place.body) drawing.grip.place = place;
+    if (!drawing.grip.turns && place.body) Object.assign(drawing.grip, { place, pin: groundPinAt(place) });
 }
 
 function pinched(event, pixel) {
@@ -315,12 +354,17 @@ function pointed(event) {
     if (!grip || grip.pinch) return undefined;
     if (Math.hypot(pixel[0] - grip.from[0], pixel[1] - grip.from[1]) > MOVED_PIXELS && !grip.moved) {
         grip.moved = true;
-        if (grip.place) beginDrag(grip.place);
+        if (grip.pin) drawing.moving = { point: grip.pin.point, from: grip.pin.world, world: grip.pin.world };
+        else if (grip.place) beginDrag(grip.place);
     }
     if (!grip.moved) return undefined;
     const [dx, dy] = [pixel[0] - grip.last[0], pixel[1] - grip.last[1]];
     grip.last = pixel;
     if (drawing.dragged) return void pull(worldAt(pixel, drawing.dragged.at));
+    if (drawing.moving) {
+        drawing.moving.world = snapped(worldAt(pixel, drawing.moving.from));
+        return drawScene();
+    }
     if (grip.turns || !shownScene.basis.planar) turnView(dx, dy);
     else shiftView(dx, dy);
     return drawScene();
@@ -335,13 +379,16 @@ function released(event) {
         if (!needsTwo(drawing.tool) || (drawing.from && (grip.begun || grip.moved))) setPlace(pixel);
         return;
     }
-    if (drawing.dragged) endDrag(drawing.dragged);
+    const { moving } = drawing;
+    drawing.moving = null;
+    if (moving) setPin(moving);
+    else if (drawing.dragged) endDrag(drawing.dragged);
     else if (!grip.moved) pick(jointAtPixel(pixel, bench.model, drawing.pointer)?.name ?? null);
 }
 
 /* -- the keyboard ------------------------------------------------------------------------------------------- */
 
-const TOOL_KEYS = { s: "select", b: "bar", p: "pin", l: "slider", k: "spring", m: "motor" };
+const TOOL_KEYS = { s: "select", b: "bar", p: "pin", t: "point", l: "slider", k: "spring", m: "motor" };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /* The cross of a tool moves by the grid. */
@@ -387,7 +434,7 @@ function beginTools() {
     for (const [kind, listen] of Object.entries({ pointerdown: pressed, pointermove: pointed, pointerup: released })) canvas.addEventListener(kind, listen);
     canvas.addEventListener("pointercancel", (event) => {
         fingers.delete(event.pointerId);
-        Object.assign(drawing, { grip: null, dragged: null });
+        Object.assign(drawing, { grip: null, dragged: null, moving: null });
     });
     canvas.addEventListener("pointerleave", () => {
         if (drawing.grip) return;
