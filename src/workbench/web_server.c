@@ -443,7 +443,7 @@ static kempe_status begin_server(kempe_workbench *w, int port)
         (unsigned)(MHD_USE_THREAD_PER_CONNECTION | MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_POLL | MHD_USE_ITC), 0,
         NULL, NULL, on_request, w, MHD_OPTION_EXTERNAL_LOGGER, log_nothing, (void *)NULL, MHD_OPTION_LISTEN_SOCKET,
         listens, MHD_OPTION_CONNECTION_LIMIT, (unsigned)MOST_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)PATIENCE_S, MHD_OPTION_THREAD_STACK_SIZE, (size_t)(4 * KMP_THREAD_STACK), MHD_OPTION_NOTIFY_COMPLETED,
+        (unsigned)PATIENCE_S, MHD_OPTION_THREAD_STACK_SIZE, (size_t)4 * KMP_THREAD_STACK, MHD_OPTION_NOTIFY_COMPLETED,
         on_end, (void *)NULL, MHD_OPTION_END);
     if (w->daemon)
         return KEMPE_OK;
