@@ -3,13 +3,13 @@
  * The workbench: a page in a browser on this machine, in which a model file is edited and run.
  *
  *     kempe_workbench *workbench;
- *     kempe_workbench_new(context, "four_bar.yaml", "/usr/bin/kempe", 0, &workbench);
+ *     kempe_workbench_new(context, "four_bar.yaml", NULL, "/usr/bin/kempe", 0, &workbench);
  *     puts(kempe_workbench_address(workbench));
  *     kempe_workbench_wait(workbench);
  *     kempe_workbench_free(workbench);
  *
  * Its server listens on 127.0.0.1, and answers only requests with the token of the address. It writes the model file,
- * reads the folder of that file, and runs studies by the command kempe. docs/workbench_protocol.md has the requests of
+ * reads a folder, and runs studies by the command kempe. docs/workbench_protocol.md has the requests of
  * the page. The dragging of mechanisms is separate:
  * without a server, a program gives the same requests to a kempe_drag.
  */
@@ -22,11 +22,12 @@ KEMPE_BEGIN
 
 typedef struct kempe_workbench kempe_workbench;
 
-/** Serves the page of a model file in separate threads. `command`: the path of the command kempe. `port`: of
- * 127.0.0.1, 0: any free one. The context receives messages of this call and outlives the workbench. KEMPE_E_IO: the
- * file cannot be read, or the port is taken. KEMPE_E_ARGUMENT: libmicrohttpd is not installed. KEMPE_E_MEMORY. */
-KEMPE_API kempe_status kempe_workbench_new(kempe_context *context, const char *file, const char *command, int port,
-                                           kempe_workbench **workbench);
+/** Serves the page of a model file in separate threads. `folder`: files are read only in it, with its folders; NULL:
+ * the folder of the file. `command`: the path of the command kempe. `port`: of 127.0.0.1, 0: any free one. The context
+ * receives messages of this call and outlives the workbench. KEMPE_E_IO: the file cannot be read, or the port is taken.
+ * KEMPE_E_ARGUMENT: the file is not in the folder, or libmicrohttpd is not installed. KEMPE_E_MEMORY. */
+KEMPE_API kempe_status kempe_workbench_new(kempe_context *context, const char *file, const char *folder,
+                                           const char *command, int port, kempe_workbench **workbench);
 
 /** Ends running commands and the server. */
 KEMPE_API void kempe_workbench_free(kempe_workbench *workbench);

@@ -15,7 +15,7 @@ static const unsigned taken = CLI_ASSEMBLE | CLI_CHECK | CLI_COMFORT | CLI_COMPA
                               CLI_EQUILIBRIUM | CLI_FIT | CLI_INVERSE | CLI_KINEMATICS | CLI_LINEARIZE | CLI_MODES |
                               CLI_OPTIMIZE | CLI_RESPONSE | CLI_SENSITIVITY | CLI_SHOW | CLI_SIMULATE;
 
-static const char *scratch; /* NULL: nothing is confined */
+static const char *folder, *scratch; /* NULL: nothing is confined */
 static char **names;
 static int name_count;
 
@@ -60,14 +60,15 @@ static int complain_command(const char *word)
 int cli_confined_begin(int count, char **words)
 {
     char *end = NULL;
-    const long given = count > 2 ? strtol(words[1], &end, 10) : -1;
-    if (given < 0 || *end || given > count - 3) {
-        (void)cli_complain("'confined' is for the workbench: it needs a folder, names and a command");
+    const long given = count > 3 ? strtol(words[2], &end, 10) : -1;
+    if (given < 0 || *end || given > count - 4) {
+        (void)cli_complain("'confined' is for the workbench: it needs two folders, names and a command");
         return 0;
     }
-    const int first = 2 + (int)given;
-    scratch = words[0];
-    names = words + 2;
+    const int first = 3 + (int)given;
+    folder = words[0];
+    scratch = words[1];
+    names = words + 3;
     name_count = (int)given;
     const cli_command *command = cli_commands;
     while (command->name && strcmp(command->name, words[first]) != 0)
@@ -115,7 +116,7 @@ static char *read_text(const char *path)
 
 kempe_status cli_confine(kempe_context *context)
 {
-    kempe_status status = scratch ? kempe_context_set_folder(context, ".") : KEMPE_OK;
+    kempe_status status = scratch ? kempe_context_set_folder(context, folder) : KEMPE_OK;
     for (int k = 0; scratch && status == KEMPE_OK && k < name_count; k++) {
         char *text = read_text(in_scratch("text", k));
         status = text ? kempe_context_set_text(context, names[k], text) : KEMPE_E_MEMORY;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A command that the workbench runs for its page: it reads only files in its working folder, and writes only into
- * another one. The words before the command's are not for users:
+/* A command that the workbench runs for its page: it reads only files in a folder, and writes only into another one.
+ * The words before the command's are not for users:
  *
- *     kempe confined SCRATCH COUNT NAME.. COMMAND FILE [options]
+ *     kempe confined FOLDER SCRATCH COUNT NAME.. COMMAND FILE [options]
  *
- * SCRATCH has the texts `text0`, `text1`.. that are read in place of the COUNT files of these names, and a folder `out`
- * for all that is written; progress goes to its file `progress`. In words, `/model/` and `/out/` begin the names of
- * files in these two folders, as in javascript/kempe.mjs. */
+ * FOLDER is read. SCRATCH has the texts `text0`, `text1`.. that are read in place of the COUNT files of these names,
+ * and a folder `out` for all that is written; progress goes to its file `progress`. In words, `/model/` and `/out/`
+ * begin the names of files in these two folders, as in javascript/kempe.mjs. */
 #pragma once
 
 #include "options.h"
@@ -19,5 +19,5 @@ bool cli_is_confined(void);
 /** Judges a command that is confined, and moves the files that it writes. False after an error message. */
 bool cli_confined_takes(unsigned command, cli_settings *settings);
 
-/** Gives a confined command's context its texts, and lets it read only in the working folder. */
+/** Gives a confined command's context its texts, and lets it read only in the folder. */
 kempe_status cli_confine(kempe_context *context);

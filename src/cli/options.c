@@ -425,6 +425,8 @@ static const option options[] = {
      "stays in SI"},
     {CLI_LANGUAGE_SERVER, IN_OUTPUT, "stdio", FLAG(stdio),
      "messages on standard input and output: the default, which many editors request by name"},
+    {CLI_WORKBENCH, IN_MODEL, "folder", TEXT(readable), "DIR",
+     "folder whose files the model may read, with the model in it (default: the folder of the model)"},
     {CLI_WORKBENCH, IN_RUN, "port", VALUE(WHOLE, port), "N",
      "port of the page on this machine (default: any free one)"},
     {CLI_WORKBENCH, IN_RUN, "no-browser", FLAG(no_browser), "print the address, and open no browser"},

@@ -100,8 +100,9 @@ typedef struct cli_settings {
     int seed, lanes;
     int count, branches, alone, all, no_cache, joint_limits, strict, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
-    int stdio;    /* of `language-server`: what it does without the word, too */
-    int elements; /* of `new`: the list of the library */
+    int stdio;            /* of `language-server`: what it does without the word, too */
+    int elements;         /* of `new`: the list of the library */
+    const char *readable; /* folder that `workbench` reads */
     int port, no_browser;
     const char *show_as;
 } cli_settings;

@@ -24,7 +24,7 @@ kempe_status cli_workbench(const cli_job *j)
         (void)cli_complain("the path of this command is not known, which runs the studies of the page");
         return KEMPE_E_FAILED;
     }
-    kempe_status status = kempe_workbench_new(j->context, s->file, command, s->port, &workbench);
+    kempe_status status = kempe_workbench_new(j->context, s->file, s->readable, command, s->port, &workbench);
     cli_report_failure(j, status, false);
     if (status != KEMPE_OK)
         return status;

@@ -11,6 +11,7 @@
 #include <string.h>
 
 enum { REST_NS = 4000000, MOST_WORDS = 1000, MOST_FILES = 200 };
+enum { FAILED = 1, BUG = 4 }; /* exit codes of the command, where it has none itself */
 
 /* One command while it runs. */
 typedef struct job {
@@ -18,13 +19,13 @@ typedef struct job {
     kmp_served_run *run;
     kempe_context *context;
     kmp_arena arena;
-    const kmp_json_value *words, *files;
+    const kmp_json_value *request, *words, *files;
     kmp_text *answer; /* or the sentence of a refusal */
 } job;
 
-void kmp_served_runs_init(kmp_served_runs *runs, const char *command, const char *folder)
+void kmp_served_runs_init(kmp_served_runs *runs, const char *command, const char *folder, const char *readable)
 {
-    *runs = (kmp_served_runs){.command = command, .folder = folder};
+    *runs = (kmp_served_runs){.command = command, .folder = folder, .readable = readable};
     (void)pthread_mutex_init(&runs->lock, NULL);
     atomic_init(&runs->closing, false);
     for (int k = 0; k < KMP_MOST_RUNS; k++)
@@ -114,19 +115,21 @@ static const char *judge(const job *j)
     for (int k = 0; j->files && k < j->files->count; k++)
         if (j->files->items[k]->kind != KMP_JSON_STRING || !is_within(plain_name(j->files->keys[k])))
             return "each of 'files' is a text, and its name is one in the folder of the model";
-    return NULL;
+    const char *run = kmp_json_word(j->request, "run");
+    return run && strlen(run) >= KMP_RUN_NAME ? "'run' is a short name" : NULL;
 }
 
 /* The words of the process; NULL: no memory. */
 static char **list_words(job *j)
 {
     const int given = j->files ? j->files->count : 0;
-    char **words = KMP_ARENA_NEW(&j->arena, char *, given + j->words->count + 5);
+    char **words = KMP_ARENA_NEW(&j->arena, char *, given + j->words->count + 6);
     int count = 0;
     if (!words)
         return NULL;
     words[count++] = kmp_arena_printf(&j->arena, "%s", j->runs->command);
     words[count++] = kmp_arena_printf(&j->arena, "confined");
+    words[count++] = kmp_arena_printf(&j->arena, "%s", j->runs->readable);
     words[count++] = kmp_arena_printf(&j->arena, "%s", j->run->scratch);
     words[count++] = kmp_arena_printf(&j->arena, "%d", given);
     for (int k = 0; k < given; k++)
@@ -180,15 +183,17 @@ static void put_files(job *j, kmp_json *json)
 
 static void put_answer(job *j, int code)
 {
+    static const char stopped[] = "interrupted before a result was available", ended[] = "the command ended by force";
+    const bool was_stopped = code < 0 && atomic_load(&j->run->stopped);
     char *text = read_said(j, "said"), *complaints = read_said(j, "complaints");
     kmp_json json = kmp_json_begin_as(j->answer, KMP_JSON_DENSE);
     const size_t length = text ? strlen(text) : 0;
     if (length > 0 && text[length - 1] == '\n') /* lines are joined, as by kempe.mjs */
         text[length - 1] = '\0';
     kmp_json_object(&json, NULL);
-    kmp_json_whole(&json, "code", code);
+    kmp_json_whole(&json, "code", code >= 0 ? code : was_stopped ? FAILED : BUG);
     kmp_json_string(&json, "text", text ? text : "");
-    kmp_put_messages(&json, complaints ? complaints : "", j->runs->folder);
+    kmp_put_messages(&json, code < 0 ? (was_stopped ? stopped : ended) : complaints ? complaints : "", j->runs->folder);
     put_files(j, &json);
     kmp_json_end(&json);
     kmp_free(text);
@@ -263,7 +268,10 @@ static void leave_place(job *j)
 
 kmp_run_end kmp_served_run_command(kmp_served_runs *runs, const kmp_json_value *request, int socket, kmp_text *answer)
 {
-    job j = {.runs = runs, .words = kmp_json_member(request, "words"), .files = kmp_json_member(request, "files")};
+    job j = {.runs = runs,
+             .request = request,
+             .words = kmp_json_member(request, "words"),
+             .files = kmp_json_member(request, "files")};
     j.answer = answer;
     j.run = take_place(runs, kmp_json_word(request, "run"));
     if (j.files && j.files->kind == KMP_JSON_NULL)

@@ -21,12 +21,12 @@ typedef struct kmp_served_run {
 
 typedef struct kmp_served_runs {
     pthread_mutex_t lock;
-    const char *command, *folder; /* not owned */
-    atomic_bool closing;          /* running commands are to end */
+    const char *command, *folder, *readable; /* not owned: folder of the model, and the one whose files are read */
+    atomic_bool closing;                     /* running commands are to end */
     kmp_served_run run[KMP_MOST_RUNS];
 } kmp_served_runs;
 
-void kmp_served_runs_init(kmp_served_runs *runs, const char *command, const char *folder);
+void kmp_served_runs_init(kmp_served_runs *runs, const char *command, const char *folder, const char *readable);
 
 /** The end of a command. */
 typedef enum kmp_run_end {

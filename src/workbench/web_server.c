@@ -30,6 +30,7 @@ struct kempe_workbench {
     kmp_served_file file;
     kmp_served_runs runs;
     char *command, *address;
+    char readable[KMP_PATH_MOST]; /* the folder whose files are read, without links */
     char token[2 * TOKEN_BYTES + 1], hosts[2][32];
     pthread_mutex_t drag_lock;
     kempe_context *drag_context;
@@ -443,7 +444,7 @@ static kempe_status begin_server(kempe_workbench *w, int port)
         (unsigned)(MHD_USE_THREAD_PER_CONNECTION | MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_POLL | MHD_USE_ITC), 0,
         NULL, NULL, on_request, w, MHD_OPTION_EXTERNAL_LOGGER, log_nothing, (void *)NULL, MHD_OPTION_LISTEN_SOCKET,
         listens, MHD_OPTION_CONNECTION_LIMIT, (unsigned)MOST_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)PATIENCE_S, MHD_OPTION_THREAD_STACK_SIZE, (size_t)(4 * KMP_THREAD_STACK), MHD_OPTION_NOTIFY_COMPLETED,
+        (unsigned)PATIENCE_S, MHD_OPTION_THREAD_STACK_SIZE, (size_t)4 * KMP_THREAD_STACK, MHD_OPTION_NOTIFY_COMPLETED,
         on_end, (void *)NULL, MHD_OPTION_END);
     if (w->daemon)
         return KEMPE_OK;
@@ -483,22 +484,35 @@ static bool choose_token(kempe_workbench *w)
     return true;
 }
 
-static kempe_status begin(kempe_workbench *w, const char *file, const char *command, int port)
+/* Takes the folder that is read, which has the file. */
+static kempe_status take_folder(kempe_workbench *w, const char *folder)
+{
+    if (!folder)
+        folder = w->file.folder;
+    if (!kmp_path_real(folder, w->readable))
+        return kmp_fail(w->context, KEMPE_E_IO, "cannot find the folder '%s': %s", folder, strerror(errno));
+    KMP_TRY(kempe_context_set_folder(w->drag_context, w->readable));
+    if (kmp_context_beyond(w->drag_context, w->file.path))
+        return kmp_fail(w->context, KEMPE_E_ARGUMENT, "'%s' is not in the folder '%s'", w->file.name, folder);
+    return KEMPE_OK;
+}
+
+static kempe_status begin(kempe_workbench *w, const char *file, const char *folder, const char *command, int port)
 {
     KMP_TRY(kmp_served_file_init(&w->file, w->context, file));
     w->command = kmp_strdup(command);
     w->drag_context = kempe_context_new();
     KMP_TRY(kmp_made(w->context, w->command && w->drag_context));
-    KMP_TRY(kempe_context_set_folder(w->drag_context, w->file.folder));
+    KMP_TRY(take_folder(w, folder));
     KMP_TRY(kempe_drag_new(w->drag_context, w->file.path, &w->drag));
-    kmp_served_runs_init(&w->runs, w->command, w->file.folder);
+    kmp_served_runs_init(&w->runs, w->command, w->file.folder, w->readable);
     if (!choose_token(w))
         return kmp_fail(w->context, KEMPE_E_FAILED, "this system has no random numbers for the token of the address");
     return begin_server(w, port);
 }
 
-kempe_status kempe_workbench_new(kempe_context *context, const char *file, const char *command, int port,
-                                 kempe_workbench **workbench)
+kempe_status kempe_workbench_new(kempe_context *context, const char *file, const char *folder, const char *command,
+                                 int port, kempe_workbench **workbench)
 {
     enum { MOST_PORT = 65535 };
     KMP_WANTED(NULL, context, "context");
@@ -512,7 +526,7 @@ kempe_status kempe_workbench_new(kempe_context *context, const char *file, const
     KMP_MAKE(context, kempe_workbench, w);
     w->context = context;
     (void)pthread_mutex_init(&w->drag_lock, NULL);
-    const kempe_status status = begin(w, file, command, port);
+    const kempe_status status = begin(w, file, folder, command, port);
     return KMP_GIVE_OR_FREE(status, workbench, w, kempe_workbench_free);
 }
 
