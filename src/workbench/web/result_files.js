@@ -5,12 +5,7 @@
 const VIDEO_SECONDS = 12; /* the longest video */
 
 function saveFile(name, content, type) {
-    const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type })), link = element("a");
-    Object.assign(link, { href: address, download: name });
-    document.body.append(link);
-    link.click();
-    link.remove();
-    setTimeout(() => URL.revokeObjectURL(address), 10000);
+    giveFile(content instanceof Blob ? content : new Blob([content], { type }), name);
     document.documentElement.dataset.downloaded = name;
 }
 
@@ -24,50 +19,25 @@ async function fromCommand(options, file) {
     return told.files[file];
 }
 
-/* The picture with what is drawn over it, on the colour of the page. */
+/* The picture with what is drawn over it. */
 async function wholePicture() {
-    const canvas = byId("view"), made = element("canvas"), context = made.getContext("2d"), overlay = byId("gauge").cloneNode(true);
-    Object.assign(made, { width: canvas.width, height: canvas.height });
-    overlay.setAttribute("width", canvas.width);
-    overlay.setAttribute("height", canvas.height);
-    overlay.setAttribute("font-family", "sans-serif");
-    context.fillStyle = styleOf("--card");
-    context.fillRect(0, 0, made.width, made.height);
-    context.drawImage(canvas, 0, 0);
-    const image = new Image();
-    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(overlay))}`;
-    await image.decode();
-    context.drawImage(image, 0, 0);
-    return made;
+    const canvas = byId("view"), sheet = element("canvas");
+    Object.assign(sheet, { width: canvas.width, height: canvas.height });
+    await paintFrame(sheet, canvas, byId("gauge"));
+    return sheet;
 }
 
 const pngOf = (canvas) => new Promise((done) => canvas.toBlob(done, "image/png"));
 
-/* One pass of the motion, recorded by the browser while it plays. */
+/* One pass of the motion, recorded by the browser while it plays: [the video, the ending of its name]. */
 async function recordVideo() {
-    const [from, to] = timeSpan(), canvas = byId("view");
-    if (!(to > from)) throw new Error("there is no motion to record: press Run first");
-    if (typeof MediaRecorder !== "function" || !canvas.captureStream) throw new Error("this browser cannot record a canvas");
-    const kind = ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type)), parts = [], recorder = new MediaRecorder(canvas.captureStream(30), kind ? { mimeType: kind } : {});
-    recorder.ondataavailable = ({ data: part }) => part.size > 0 && parts.push(part);
-    const ended = new Promise((done) => (recorder.onstop = done)), seconds = Math.min(Math.max(to - from, 1), VIDEO_SECONDS);
+    const [from, to] = timeSpan(), type = videoType(), seconds = Math.min(Math.max(to - from, 1), VIDEO_SECONDS);
+    if (!type) throw new Error("this browser cannot record a canvas");
     tellHint(`Recording ${three(seconds)} s of video.`);
     play(false);
-    recorder.start();
-    const begin = performance.now();
-    await new Promise((done) => {
-        const step = (now) => {
-            const part = (now - begin) / 1000 / seconds;
-            showTime(from + Math.min(Math.max(part, 0), 1) * (to - from));
-            if (part < 1) requestAnimationFrame(step);
-            else done();
-        };
-        requestAnimationFrame(step);
-    });
-    recorder.stop();
-    await ended;
+    const video = await recordPass(byId("view"), byId("gauge"), { seconds: () => seconds, length: () => to - from, show: (t) => showTime(from + t), stopped: () => false }, type);
     tellHint();
-    return [new Blob(parts, { type: recorder.mimeType }), /mp4/.test(recorder.mimeType) ? "mp4" : "webm"];
+    return [video, type.startsWith("video/mp4") ? "mp4" : "webm"];
 }
 
 const hasResult = () => Boolean(resultNow()?.answer?.page);
