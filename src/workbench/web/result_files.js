@@ -63,7 +63,7 @@ const DOWNLOADS = {
 
 /* The curves of the picture as outputs of the command: "position(bar2.C)"; all of them where it has no such word. */
 function curvesAsked() {
-    const [kind, ...rest] = studies.group.split(".");
+    const [kind, ...rest] = studies.group.split("|")[0].split(".");
     if (studies.shown !== "motion") return [];
     if (kind in GROUP_WORDS) return ["--y", kind];
     return ["position", "velocity", "acceleration", "reaction"].includes(kind) ? ["--y", `${kind}(${rest.join(".")})`] : [];

@@ -30,6 +30,14 @@ function groupOfColumn(name) {
     return /^(x|y|z|[1-9])$/.test(parts.at(-1)) ? parts.slice(0, -1).join(".") : name;
 }
 
+/* Columns of one unit: "q|rad", "position.bar2.C|m". */
+const curveGroup = ({ name, unit }) => `${groupOfColumn(name)}|${unit}`;
+
+function groupWords(key, groups) {
+    const [group, unit] = key.split("|"), alone = groups.filter((other) => other.split("|")[0] === group).length === 1;
+    return (GROUP_WORDS[group] || group.replaceAll(".", " ")) + (alone ? "" : `, ${unit}`);
+}
+
 const GROUP_WORDS = { q: "positions", qd: "velocities", qdd: "accelerations", lambda: "multipliers", energy: "energy" };
 
 /* -- commands ----------------------------------------------------------------------------------------------- */
@@ -149,7 +157,7 @@ async function runMotion() {
 }
 
 function showMotion({ run, answer }) {
-    const groups = [...new Set([...run.columns.keys()].slice(1).map(groupOfColumn))];
+    const groups = [...new Set([...run.columns.values()].slice(1).map(curveGroup))];
     if (!groups.includes(studies.group)) studies.group = groups[0];
     tellVerdict(run.page.status, `${run.page.answer}${run.page.status === "complete" ? "" : `, ${run.page.status}`}`);
     tellFacts(run.page);
@@ -160,7 +168,7 @@ function showMotion({ run, answer }) {
     keep.id = "keep-run";
     keep.title = "Draws this run with dashed lines in the curves of later runs";
     byId("choose").append(
-        selectOf("group", "curves", groups.map((group) => [group, GROUP_WORDS[group] || group.replaceAll(".", " ")]), studies.group, (group) => {
+        selectOf("group", "curves", groups.map((group) => [group, groupWords(group, groups)]), studies.group, (group) => {
             studies.group = group;
             drawMotion(run);
         }),
@@ -176,7 +184,7 @@ const runName = () => Object.entries(bench.values).map(([name, value]) => `${nam
 
 /* Curves of the chosen group, those of the kept run dashed. */
 function drawMotion(run) {
-    const over = run.column(studies.over) ? studies.over : "t", own = [...run.columns.values()].filter(({ name }) => groupOfColumn(name) === studies.group && name !== over);
+    const over = run.column(studies.over) ? studies.over : "t", own = [...run.columns.values()].filter((column) => curveGroup(column) === studies.group && column.name !== over);
     const pointsOf = (one, column) => (over === "t" ? curvePoints(column) : Array.from(column.y, (y, k) => ({ x: valueAtTime(one, over, column.x[k]), y })));
     const curves = own.slice(0, 12).map((column, k) => ({ name: column.name, points: pointsOf(run, column), colour: curveColour(k) })), { kept } = studies;
     if (kept && kept.run !== run) for (const [k, column] of own.slice(0, 12).entries()) if (kept.run.column(column.name)) curves.push({ name: `${column.name}, ${kept.name}`, points: pointsOf(kept.run, kept.run.column(column.name)), colour: curveColour(k), dashed: true });
@@ -185,7 +193,7 @@ function drawMotion(run) {
 }
 
 function tellExtremes(run) {
-    const rows = [...run.columns.values()].filter(({ name }) => groupOfColumn(name) === studies.group).slice(0, 12).map(({ name, unit, x, y }) => {
+    const rows = [...run.columns.values()].filter((column) => curveGroup(column) === studies.group).slice(0, 12).map(({ name, unit, x, y }) => {
         const [low, high] = [Math.min, Math.max].map((of) => y.reduce((best, v) => of(best, v), y[0])), at = (v) => x[y.indexOf(v)];
         return rowOf(name, digits(low, 5), three(at(low)), digits(high, 5), three(at(high)), unit);
     });

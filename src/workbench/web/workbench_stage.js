@@ -152,6 +152,7 @@ function drawScene() {
         scene.view.draw(scene.poses, frame);
         drawGauge(gauge, scene.m, frame);
         if (scene.picture.flexible.factor === 1) gauge.querySelector("#deformed")?.remove();
+        else gauge.querySelector("#deformed")?.setAttribute("y", 40); /* below the hint */
         if (!scene.posed) gauge.append(...forceArrows(scene.m, scene.poses, frame, scene.t));
     } else {
         gauge.replaceChildren();
