@@ -7,6 +7,7 @@
 import base64
 import concurrent.futures
 import json
+import os
 import pathlib
 import shutil
 import socket
@@ -328,6 +329,27 @@ class WiderFolder(Served):
 
 
 class Command(unittest.TestCase):
+    def test_browser(self):
+        """The browser gets a page that other users cannot read, and no token among its words."""
+        with tempfile.TemporaryDirectory() as folder:
+            said = pathlib.Path(folder) / "said"
+            browser = pathlib.Path(folder) / "browser"
+            browser.write_text(f"#!/bin/sh\necho \"$@\" >{said}.new\nls -ld \"$(dirname \"$1\")\" >>{said}.new\ncat \"$1\" >>{said}.new\nmv {said}.new {said}\n")
+            browser.chmod(0o700)
+            with subprocess.Popen([KEMPE, "workbench", ROOT / "examples/four_bar/four_bar.yaml"], stdout=subprocess.PIPE, text=True, env={**os.environ, "BROWSER": str(browser)}) as server:
+                address = server.stdout.readline().strip()
+                for _ in range(200):
+                    if said.exists():
+                        break
+                    time.sleep(0.05)
+                server.terminate()
+                server.wait(timeout=10)
+            words, mode, page = said.read_text().split("\n", 2)
+            self.assertNotIn(address.split("/")[3], words)
+            self.assertTrue(mode.startswith("drwx------"), mode)
+            self.assertIn(address, page)
+            self.assertFalse(pathlib.Path(words).exists())
+
     def test_usage(self):
         for words, code, sentence in ((["missing.yaml"], 2, "cannot read 'missing.yaml'"), ([ROOT / "LICENSE", "--folder", ROOT / "docs"], 3, "is not in the folder"),
                                       ([ROOT / "LICENSE", "--folder", "/no/such/folder"], 2, "cannot find the folder"), ([], 3, "the model file is missing"), ([ROOT / "LICENSE", "--port", "99999"], 3, "port 99999")):
