@@ -351,6 +351,12 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
  * KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
+/** The same page, with dotted curves of an earlier run behind the curves of this one: columns of `earlier` over its
+ * column t that have names of this run's outputs (kempe_trajectory_table, kempe_table_read). KEMPE_E_ARGUMENT: it has
+ * no t, or no such column. */
+KEMPE_API kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory,
+                                                             const kempe_table *earlier, const char *path);
+
 /** Writes the moving mechanism as one binary file of glTF 2.0, `path` ending with .glb: a node for each body with its
  * shape, and an animation by the rows of the run; m, y up, against gravity. KEMPE_E_ARGUMENT: another ending, or the
  * model has flexible bodies, one of which is named. KEMPE_E_FAILED: the run has no rows. KEMPE_E_IO: the path cannot be
