@@ -212,15 +212,13 @@ function showPoses(poses) {
     drawScene();
 }
 
-/* Of a matrix by rows, x, y, z, w. */
+/* The quaternion x, y, z, w of a matrix by rows, from its largest component. */
 function quaternionOf(r) {
-    const w = Math.sqrt(Math.max(0, 1 + r[0][0] + r[1][1] + r[2][2])) / 2, [x, y, z] = [[2, 1], [0, 2], [1, 0]].map(([i, j], k) => {
-        const size = Math.sqrt(Math.max(0, 1 + 2 * r[k][k] - r[0][0] - r[1][1] - r[2][2])) / 2;
-        return r[i][j] - r[j][i] < 0 ? -size : size;
-    });
-    if (w > 1e-4) return [x, y, z, w];
-    const k = [x, y, z].map(Math.abs).reduce((best, v, i, all) => (v > all[best] ? i : best), 0), q = [0, 1, 2].map((i) => (i === k ? Math.abs([x, y, z][k]) : (r[i][k] + r[k][i]) / (4 * Math.abs([x, y, z][k]))));
-    return [...q, w];
+    const trace = r[0][0] + r[1][1] + r[2][2], w = Math.sqrt(Math.max(1 + trace, 0)) / 2, k = [0, 1, 2].reduce((best, i) => (r[i][i] > r[best][best] ? i : best), 0);
+    if (trace > 0) return [(r[2][1] - r[1][2]) / (4 * w), (r[0][2] - r[2][0]) / (4 * w), (r[1][0] - r[0][1]) / (4 * w), w];
+    const [i, j] = [(k + 1) % 3, (k + 2) % 3], s = Math.sqrt(1 + r[k][k] - r[i][i] - r[j][j]) / 2, q = [0, 0, 0, (r[j][i] - r[i][j]) / (4 * s)];
+    Object.assign(q, { [k]: s, [i]: (r[i][k] + r[k][i]) / (4 * s), [j]: (r[j][k] + r[k][j]) / (4 * s) });
+    return q;
 }
 
 /* -- what is where ------------------------------------------------------------------------------------------ */
