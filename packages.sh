@@ -2,7 +2,7 @@
 # shellcheck shell=bash disable=SC2034
 # Sourced by ./start and ./check: need PACKAGE... installs the Debian packages that are missing, and only those.
 
-BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev libexpat1-dev liblapack-dev libblas-dev libcminpack-dev libnlopt-dev"
+BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-dev libyaml-dev libexpat1-dev liblapack-dev libblas-dev libcminpack-dev libnlopt-dev libmicrohttpd-dev"
 PYTHON_PACKAGES="python3-dev python3-cffi python3-numpy python3-pytest"
 NOTEBOOK_PACKAGES="python3-nbclient python3-nbformat python3-ipykernel python3-matplotlib python3-scipy python3-tqdm python3-pandas python3-xarray"
 UNIT_PACKAGES="python3-venv libxml2-utils"

@@ -33,6 +33,7 @@
 #include <kempe/stepper.h>
 #include <kempe/table.h>
 #include <kempe/vehicle.h>
+#include <kempe/workbench.h>
 #include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>
@@ -197,6 +198,9 @@ ZERO(kempe_force_def)
 ZERO(kempe_shape_def)
 
 SOME(kempe_language_server, kempe_language_server_new, some_kempe_context(0))
+SOME(kempe_drag, kempe_drag_new, some_kempe_context(0), "model.yaml")
+SOME(kempe_workbench, kempe_workbench_new, some_kempe_context(0), KEMPE_ROOT "/examples/four_bar/four_bar.yaml", NULL,
+     "kempe", 0)
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
 SOME(kempe_ensemble_stepper, kempe_ensemble_stepper_new, some_kempe_model(0), &plain_run, 2, 0, "q")
 SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &plain_run, 0)

@@ -19,7 +19,7 @@ OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", 
             "kempe_gradient_eval.accelerations", "kempe_gradient_eval.driven", "kempe_gradient_set.values",
             "kempe_model_read_set.settings", "kempe_model_read_text_set.settings", "kempe_values_new.names",
             "kempe_values_new.rows", "kempe_ensemble_run_rows.rows", "kempe_context_set_cache.folder", "kempe_context_set_base.base", "kempe_context_set_left_out.names",
-            "kempe_context_set_text.text", "kempe_model_start_at.q", "kempe_model_start_at.qd", "kempe_flow_at.jacobian"}
+            "kempe_context_set_text.text", "kempe_context_set_folder.folder", "kempe_workbench_new.folder", "kempe_model_start_at.q", "kempe_model_start_at.qd", "kempe_flow_at.jacobian"}
 OPTIONS = ("_options",)
 # Sizes of the caller's arrays, which cannot be checked: only negative ones are wrong.
 SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count", "kempe_workspace_derivative_states.count", "kempe_workspace_forward_hessian.count", "kempe_workspace_hessian_states.count", "kempe_workspace_hessian_states.direction_count", "kempe_workspace_determinant_states.count", "kempe_workspace_add_derivatives.count", "kempe_contact_conicity.count", "kempe_flow_new.count"}

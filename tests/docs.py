@@ -97,6 +97,16 @@ def commands(page):
                 yield folder, shlex.split(line)[1:]
 
 
+def ran(words, folder):
+    """A command at its end; a server is interrupted when it has printed its address."""
+    if words[0] != "workbench":
+        return subprocess.run([KEMPE, *words], cwd=folder, capture_output=True, text=True, timeout=300)
+    with subprocess.Popen([KEMPE, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        address = server.stdout.readline()
+        server.terminate()
+        return subprocess.CompletedProcess(words, server.wait(timeout=60), address, server.stderr.read())
+
+
 def shortened(line):
     """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values,
     of limit cycles and ensembles two, of conicities, which few values do not resolve, 200; 200 instances; motions that settle for a tenth of the time, those of vehicles to an early end; units compiled without
@@ -516,7 +526,7 @@ class Commands(unittest.TestCase):
             with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
                 words = tuple(line if FULL else shortened(line))
                 done = self.done.get(words) if place == "." else None
-                done = done or subprocess.run([KEMPE, *words], cwd=folder / place, capture_output=True, text=True, timeout=300)
+                done = done or ran(words, folder / place)
                 if place == "." and reads_examples(words):
                     self.done[words] = done
                 self.assertEqual(done.returncode, wanted_end(page, line), done.stderr)
@@ -529,7 +539,7 @@ class Commands(unittest.TestCase):
         return len(lines)
 
     def output(self, folder, line):
-        done = subprocess.run([KEMPE, *line], cwd=folder, capture_output=True, text=True, timeout=300)
+        done = ran(line, folder)
         return done.stdout + done.stderr
 
     def test_quotations_that_are_wrong_are_found(self):

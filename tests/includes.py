@@ -43,7 +43,7 @@ LAYERS["studies/compare"] = f"{CORE} studies/assembly studies/simulate"
 LAYERS["studies/show"] = CORE
 LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare studies/show"
 # The wings: what they see of each other; the core sees none of them.
-WINGS = {"analyses": "", "rail": "analyses", "road": "", "exchange": "", "ensemble": "analyses", "report": "analyses rail ensemble", "language_server": ""}
+WINGS = {"analyses": "", "rail": "analyses", "road": "", "exchange": "", "ensemble": "analyses", "report": "analyses rail ensemble", "language_server": "", "workbench": ""}
 ANALYSES = {  # an analysis: the others that it uses, beside "dense" and "parts"
     "dense": "",
     "parts": "",
@@ -132,8 +132,8 @@ def judge_quoted(root, path, layer, name):
 def judge_angled(root, layer, name):
     if SOLVERS.match(name) and layer not in MAY_SOLVE and not (layer == "examples" and name == "nlopt.h"):
         return f"solver header <{name}> in {layer}"
-    if layer != {"yaml.h": "model", "expat.h": "exchange"}.get(name, layer):
-        return f"<{name}> belongs to readers of files alone, not to {layer}"
+    if layer != {"yaml.h": "model", "expat.h": "exchange", "microhttpd.h": "workbench"}.get(name, layer):
+        return f"<{name}> belongs to one layer alone, not to {layer}"
     if not name.startswith("kempe/") and any((root / top / name).is_file() for top in ("", "src")):
         return f'write "{name}": angle brackets hide an include of our own'
     return None

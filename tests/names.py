@@ -33,6 +33,7 @@ CASES = {
     r"tests/fuzz/corpus/": "inputs, named for their digest or for the model that they come from",
     r"\.[\w-]+": "settings of a tool, whose names the tool fixes",
     r"(?:.*/)?LICENSE": "no program",
+    r"third_party/": "files of other projects, which have their names",
 }
 LIBRARY = ("include/", "src/", "constraints/", "integrators/")
 MADE = {"kempe_newton.h", "kempe_runtime.h", "wings.c", "crane_simulator.h", "s.c", "s_simulator.c"}  # by builds, and by users

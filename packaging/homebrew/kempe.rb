@@ -11,6 +11,7 @@ class Kempe < Formula
   depends_on "ninja" => :build
   depends_on "cminpack"
   depends_on "expat"
+  depends_on "libmicrohttpd"
   depends_on "libyaml"
   depends_on "nlopt"
   depends_on "suite-sparse"

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "platform/platform.h"
+#include <errno.h>
 #include <kempe/cache.h>
 #include <kempe/settings.h>
 #include <limits.h>
@@ -44,6 +45,7 @@ struct kempe_context {
         uint64_t device, file;
     } * sources; /* files that models and meshes were read from */
     int source_count;
+    char *folder; /* files are read only within it; NULL: everywhere */
     struct given {
         char *name, *text;
     } * given; /* texts in place of files */
@@ -110,6 +112,7 @@ void kempe_context_free(kempe_context *context)
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
     kmp_free(context->sources);
+    kmp_free(context->folder);
     for (int k = 0; k < context->given_count; k++) {
         kmp_free(context->given[k].name);
         kmp_free(context->given[k].text);
@@ -194,6 +197,35 @@ kempe_status kempe_context_set_text(kempe_context *context, const char *name, co
     kmp_free(own_name);
     kmp_free(own_text);
     return kmp_fail_memory(context);
+}
+
+kempe_status kempe_context_set_folder(kempe_context *context, const char *folder)
+{
+    KMP_WANTED(NULL, context, "context");
+    char real[KMP_PATH_MOST];
+    kmp_context_clear(context);
+    if (folder && !kmp_path_real(folder, real))
+        return kmp_fail(context, KEMPE_E_IO, "cannot find the folder '%s': %s", folder, strerror(errno));
+    char *copy = folder ? kmp_strdup(real) : NULL;
+    if (folder && !copy)
+        return kmp_fail_memory(context);
+    kmp_free(context->folder);
+    context->folder = copy;
+    return KEMPE_OK;
+}
+
+const char *kmp_context_beyond(const kempe_context *context, const char *path)
+{
+    char real[KMP_PATH_MOST];
+    const char *folder = NULL;
+    for (const kempe_context *c = context; c && !folder; c = c->above)
+        folder = c->folder;
+    if (!folder || !kmp_path_real(path, real))
+        return NULL;
+    const size_t length = strlen(folder);
+    const bool at_root = length > 0 && kmp_is_separator(folder[length - 1]);
+    const bool within = strncmp(real, folder, length) == 0 && (at_root || kmp_is_separator(real[length]));
+    return within ? NULL : folder;
 }
 
 kempe_status kempe_context_set_cache(kempe_context *context, const char *folder)

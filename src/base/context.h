@@ -36,6 +36,10 @@ kempe_context *kmp_context_new_below(kempe_context *above);
 /** The text that a caller has given in place of a file of this name, also to a context above; NULL: none. */
 const char *kmp_context_text(const kempe_context *context, const char *name);
 
+/** The folder that the context, or one above, reads files in and nowhere else, where the file of this path is not in
+ * it; NULL: it may be read, or is not there. */
+const char *kmp_context_beyond(const kempe_context *context, const char *path);
+
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 

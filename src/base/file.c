@@ -80,6 +80,10 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
         *length = strlen(given);
         return kmp_made(context, *text);
     }
+    const char *folder = kind == KMP_FILE_RECORD ? NULL : kmp_context_beyond(context, path);
+    if (folder)
+        return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': only files in the folder '%s' may be read here", path,
+                        folder);
     /* a pipe waits for its writer, as in every program; nothing else is waited for */
     bool pipes = kinds[kind].pipes && kmp_path_look(path, &about) && about.kind == KMP_PATH_PIPE;
     int fd = kmp_file_open(path, pipes ? KMP_OPEN_READ : KMP_OPEN_READ | KMP_OPEN_AT_ONCE);

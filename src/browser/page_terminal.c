@@ -45,6 +45,11 @@ void cli_terminal_progress(void *user, const kempe_progress *p)
         (void)raise(SIGINT);
 }
 
+void cli_terminal_note_progress(const char *path)
+{
+    (void)path;
+}
+
 void cli_terminal_written(const char *path)
 {
     (void)path;

@@ -2,6 +2,7 @@
 /* Functions that all commands share. Each command makes one result object and reports it: text on stdout, errors on
  * stderr, JSON at the path of --json. */
 #include "command.h"
+#include "confined.h"
 #include "element_list.h"
 #include "platform/platform.h"
 #include "terminal.h"
@@ -372,6 +373,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     char *folder = j.settings->no_cache ? NULL : kempe_cache_folder();
     kempe_status status = kempe_context_set_cache(j.context, folder);
     kempe_text_free(folder);
+    if (status == KEMPE_OK && (status = cli_confine(j.context)) != KEMPE_OK)
+        complain(status, kempe_context_message(j.context));
     const bool reads = !command->without_model && !(command->opens_pages && cli_is_page(settings->file)) &&
                        !(command->bit == CLI_SHOW && cli_is_element(settings->file));
     if (status == KEMPE_OK && reads) {

@@ -77,6 +77,10 @@ char *cli_from_command(const char *relative);
 kempe_status cli_new(const cli_job *j);
 kempe_status cli_view(const cli_job *j);
 
+/** Opens a page or an address with the user's browser, and waits until that has taken it; a name for sentences. */
+bool cli_open_page(const char *address);
+const char *cli_browser(void);
+
 /** True if the name of a file is the name of an HTML page. */
 bool cli_is_page(const char *file);
 

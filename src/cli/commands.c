@@ -170,6 +170,11 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
 #else
 #define IN_ENSEMBLE(action) NULL
 #endif
+#ifdef KEMPE_WORKBENCH
+#define IN_WORKBENCH(action) action
+#else
+#define IN_WORKBENCH(action) NULL
+#endif
 #ifdef KEMPE_LANGUAGE_SERVER
 #define IN_LANGUAGE_SERVER(action) action
 #else
@@ -193,6 +198,10 @@ const cli_command cli_commands[] = {
      "  kempe view four_bar.html\n"
      "  kempe view examples/stewart/stewart.yaml\n",
      .opens_pages = true, .dynamics = "plain", .run = cli_view},
+    {CLI_WORKBENCH, "workbench", "edit and run a model in a browser: its text, the mechanism, results",
+     "  kempe workbench four_bar.yaml\n"
+     "  kempe workbench four_bar.yaml --port 8080 --no-browser\n",
+     .without_model = true, .wing = "WORKBENCH", .run = IN_WORKBENCH(cli_workbench)},
     {CLI_KINEMATICS, "kinematics", "position analysis: sweep coordinates; velocities, accelerations, dead centres",
      "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
      "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"

@@ -2,6 +2,7 @@
 /* The command `kempe`: help and the choice of a command. It includes only the public header. */
 #include "command.h"
 #include "completion.h"
+#include "confined.h"
 #include "own_process.h"
 #include "platform/platform.h"
 #include "terminal.h"
@@ -52,9 +53,11 @@ static int run_command(const cli_command *c, int count, char **words)
 {
     static cli_settings settings; /* large: the stack may be small */
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
-        return cli_refuse(cli_json_word(count, words));
+        return cli_refuse(cli_is_confined() ? NULL : cli_json_word(count, words));
     if (settings.help)
         return print_command_help(c);
+    if (!cli_confined_takes(c->bit, &settings))
+        return CLI_USAGE;
     if (!cli_written_apart(c->bit, &settings))
         return CLI_USAGE; /* without a JSON, which might be what is written over */
     if (!c->study && !c->run) {
@@ -98,6 +101,13 @@ static int choose(int argc, char **argv)
     if (strcmp(argv[1], "complete") == 0) { /* for shells: not among the commands of the help */
         cli_print_candidates(argc - 2, argv + 2);
         return CLI_DONE;
+    }
+    if (strcmp(argv[1], "confined") == 0) { /* for the workbench: nor is this one */
+        const int taken = cli_confined_begin(argc - 2, argv + 2);
+        if (taken == 0)
+            return CLI_USAGE;
+        argc -= taken + 1;
+        argv += taken + 1;
     }
     if (strcmp(argv[1], "--version") == 0) {
         printf("kempe %s\n", kempe_version());

@@ -427,7 +427,12 @@ static const option options[] = {
      "stays in SI"},
     {CLI_LANGUAGE_SERVER, IN_OUTPUT, "stdio", FLAG(stdio),
      "messages on standard input and output: the default, which many editors request by name"},
-    {CLI_ALL & ~CLI_LANGUAGE_SERVER, IN_OUTPUT, "json", TEXT(json), "PATH|-",
+    {CLI_WORKBENCH, IN_MODEL, "folder", TEXT(readable), "DIR",
+     "folder whose files the model may read, with the model in it (default: the folder of the model)"},
+    {CLI_WORKBENCH, IN_RUN, "port", VALUE(WHOLE, port), "N",
+     "port of the page on this machine (default: any free one)"},
+    {CLI_WORKBENCH, IN_RUN, "no-browser", FLAG(no_browser), "print the address, and open no browser"},
+    {CLI_ALL & ~(CLI_LANGUAGE_SERVER | CLI_WORKBENCH), IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
     {CLI_ALL, IN_OUTPUT, "help", FLAG(help), "print this text"},
@@ -643,6 +648,24 @@ const char *cli_written(unsigned command, const cli_settings *settings, int *k)
         }
     }
     return NULL;
+}
+
+bool cli_written_into(unsigned command, cli_settings *settings, const char *folder, char kept[CLI_LIST_SIZE])
+{
+    size_t used = 0;
+    for (const option *o = options; o < options + OPTION_COUNT; o++) {
+        const char *name = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, settings) : NULL;
+        if (!name || (used > 0 && name > kept && name < kept + used)) /* two rows of one option */
+            continue;
+        if (strcspn(name, "/\\:") < strlen(name) || name[0] == '.' || !*name)
+            return cli_complain("--%s '%s': only a plain name may be written here, without a folder", o->name, name);
+        const int length = snprintf(kept + used, CLI_LIST_SIZE - used, "%s/%s", folder, name);
+        if (length < 0 || (size_t)length >= CLI_LIST_SIZE - used)
+            return cli_complain("--%s: its name is too long", o->name);
+        *(const char **)(void *)((char *)settings + o->offset) = kept + used;
+        used += (size_t)length + 1;
+    }
+    return true;
 }
 
 /* A name without an ending is taken as the first kind of file, a device by it. */

@@ -49,8 +49,9 @@ enum {
     CLI_CYCLES = 4194304,
     CLI_REDUCE = 8388608,
     CLI_LANGUAGE_SERVER = 16777216,
-    CLI_ALL = 33554431,
-    CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE | CLI_LANGUAGE_SERVER), /* that read a model */
+    CLI_WORKBENCH = 33554432,
+    CLI_ALL = 67108863,
+    CLI_MODELS = CLI_ALL & ~(CLI_NEW | CLI_REDUCE | CLI_LANGUAGE_SERVER | CLI_WORKBENCH), /* that read a model */
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
                  CLI_CYCLES,                                                           /* with a table of results */
@@ -99,8 +100,10 @@ typedef struct cli_settings {
     int seed, lanes;
     int count, branches, alone, all, no_cache, joint_limits, strict, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
-    int stdio;    /* of `language-server`: what it does without the word, too */
-    int elements; /* of `new`: the list of the library */
+    int stdio;            /* of `language-server`: what it does without the word, too */
+    int elements;         /* of `new`: the list of the library */
+    const char *readable; /* folder that `workbench` reads */
+    int port, no_browser;
     const char *show_as;
 } cli_settings;
 
@@ -112,6 +115,10 @@ bool cli_written_apart(unsigned command, const cli_settings *settings);
 
 /** A file that the command writes, from option *k on, which is behind it then; NULL: there are no more. */
 const char *cli_written(unsigned command, const cli_settings *settings, int *k);
+
+/** Moves the files that the command writes into a folder: their names, which are then in `kept` (one that comes in a
+ * folder is refused). False after an error message. */
+bool cli_written_into(unsigned command, cli_settings *settings, const char *folder, char kept[CLI_LIST_SIZE]);
 
 /** The systems of units that --units takes. */
 extern const char *const cli_unit_systems[];

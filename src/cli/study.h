@@ -85,3 +85,4 @@ kempe_status cli_generate(const cli_job *j), cli_fmu(const cli_job *j),
     cli_reduce(const cli_job *j);                   /* exchange_studies.c */
 kempe_status cli_gather(const cli_job *j);          /* ensemble_studies.c */
 kempe_status cli_language_server(const cli_job *j); /* language_studies.c */
+kempe_status cli_workbench(const cli_job *j);       /* workbench_studies.c */

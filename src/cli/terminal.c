@@ -12,6 +12,7 @@
 #define ERASE  "\r\033[K"
 
 static bool is_terminal, has_colour, is_quiet, progress_shown;
+static FILE *noted; /* lines of progress for another program; NULL: none */
 
 /* Sentences that wait for the result, in their order. */
 typedef struct sentence {
@@ -110,8 +111,13 @@ void cli_terminal_log(void *user, kempe_level level, const char *line)
 
 bool cli_terminal_shows_progress(double *interval)
 {
-    *interval = 1;
-    return is_terminal && !is_quiet;
+    *interval = noted ? 0.1 : 1;
+    return noted || (is_terminal && !is_quiet);
+}
+
+void cli_terminal_note_progress(const char *path)
+{
+    noted = fopen(path, "wb");
 }
 
 /* The rate is the mean of the whole run so far: simulated seconds, or instances, in a second of wall-clock time. */
@@ -120,6 +126,13 @@ void cli_terminal_progress(void *user, const kempe_progress *p)
     char line[120], rate[40] = "", left[40] = "";
     bool is_time = strcmp(p->unit, "s") == 0;
     (void)user;
+    if (noted) {
+        fprintf(noted, "{\"done\": %.9g, \"total\": %.9g, \"unit\": \"%s\", \"leftSeconds\": ", p->done, p->total,
+                p->unit);
+        fprintf(noted, p->left_s < 0 ? "null}\n" : "%.3g}\n", p->left_s);
+        (void)fflush(noted);
+        return;
+    }
     if (p->left_s > 0)
         (void)snprintf(rate, sizeof rate, ", %.3g %s per second", (p->total - p->done) / p->left_s, p->unit);
     if (p->left_s >= 0)

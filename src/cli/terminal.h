@@ -21,6 +21,9 @@ void cli_terminal_log(void *user, kempe_level level, const char *line);
 bool cli_terminal_shows_progress(double *interval);
 void cli_terminal_progress(void *user, const kempe_progress *progress);
 
+/** Progress goes to a file instead, a line of JSON each time. */
+void cli_terminal_note_progress(const char *path);
+
 /** Notes that a file was written. */
 void cli_terminal_written(const char *path);
 

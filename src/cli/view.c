@@ -18,14 +18,13 @@ bool cli_is_page(const char *file)
 /* -- the browser ----------------------------------------------------------------------------------- */
 
 /* The user's choice, or the choice of the desktop. */
-static const char *browser(void)
+const char *cli_browser(void)
 {
     const char *own = kmp_environment("BROWSER");
     return own && *own ? own : kmp_page_opener();
 }
 
-/* Runs the browser with the path as its argument, and waits until it has taken it. */
-static bool open_page(const char *path)
+bool cli_open_page(const char *path)
 {
     const char *own = kmp_environment("BROWSER");
     char *const words[] = {(char *)own, (char *)path, NULL};
@@ -95,10 +94,10 @@ static kempe_status print_page(const cli_job *j, const void *object, kempe_forma
 static kempe_status show_page(const cli_job *j, const char *path)
 {
     kempe_status status = cli_worse(KEMPE_OK, cli_report(j, print_page, path));
-    if (status != KEMPE_OK || open_page(path))
+    if (status != KEMPE_OK || cli_open_page(path))
         return status;
     cli_complain("'%s' could not open %s: open it in a browser, or name one in the environment variable BROWSER",
-                 browser(), path);
+                 cli_browser(), path);
     return KEMPE_E_FAILED;
 }
 

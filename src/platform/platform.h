@@ -178,6 +178,27 @@ void kmp_system_word(char word[KMP_SYSTEM_WORD]);
  * status, -1: it did not run. */
 int kmp_process_run(char *const *words, const char *said);
 
+/** A program, its words ended by NULL, that runs while this one continues, in a folder, with its output and its
+ * complaints in two files; NULL: it does not run. An interrupt asks it to end, as a user does. The end frees it, and
+ * ends it where it still runs. */
+typedef struct kmp_process kmp_process;
+kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained);
+void kmp_process_interrupt(kmp_process *process);
+void kmp_process_end(kmp_process *process);
+
+/** True if it has ended: *code is its exit status, -1 where it was ended by force. */
+bool kmp_process_has_ended(kmp_process *process, int *code);
+
+/** A socket that takes connections of this machine only, at 127.0.0.1 and the port, 0: any, which is then written. -1
+ * and errno: there is none. */
+int kmp_loopback_listen(int *port);
+
+/** True if the other side of a connection has closed it. */
+bool kmp_connection_is_closed(int socket);
+
+/** Bytes that cannot be foreseen. */
+bool kmp_secret(void *bytes, size_t size);
+
 /** Opens a page with the program that the desktop has for it; a name for sentences. */
 bool kmp_page_open(const char *path);
 const char *kmp_page_opener(void);

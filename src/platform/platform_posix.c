@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <netinet/in.h>
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
@@ -14,6 +15,7 @@
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -553,6 +555,41 @@ int kmp_process_run(char *const *words, const char *said)
     return -1;
 }
 
+kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained)
+{
+    (void)words, (void)folder, (void)said, (void)complained;
+    return NULL;
+}
+
+bool kmp_process_has_ended(kmp_process *process, int *code)
+{
+    (void)process, (void)code;
+    return false;
+}
+
+void kmp_process_interrupt(kmp_process *process)
+{
+    (void)process;
+}
+
+void kmp_process_end(kmp_process *process)
+{
+    (void)process;
+}
+
+int kmp_loopback_listen(int *port)
+{
+    (void)port;
+    errno = ENOSYS;
+    return -1;
+}
+
+bool kmp_connection_is_closed(int socket)
+{
+    (void)socket;
+    return false;
+}
+
 #else
 
 extern char **environ;
@@ -574,7 +611,117 @@ int kmp_process_run(char *const *words, const char *said)
     return WEXITSTATUS(state);
 }
 
+struct kmp_process {
+    pid_t number;
+    bool ended, asked;
+    int code;
+};
+
+/* Its signals are set as of a program that a user begins, and Ctrl-C of this one's terminal is not for it. */
+static bool set_signals(posix_spawnattr_t *attributes)
+{
+    sigset_t none, usual;
+    sigemptyset(&none);
+    sigemptyset(&usual);
+    sigaddset(&usual, SIGINT);
+    sigaddset(&usual, SIGTERM);
+    sigaddset(&usual, SIGPIPE);
+    return posix_spawnattr_setsigmask(attributes, &none) == 0 &&
+           posix_spawnattr_setsigdefault(attributes, &usual) == 0 && posix_spawnattr_setpgroup(attributes, 0) == 0 &&
+           posix_spawnattr_setflags(
+               attributes, (short)(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP)) == 0;
+}
+
+kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained)
+{
+    enum { NEW = O_WRONLY | O_CREAT | O_TRUNC };
+    posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
+    kmp_process *process = calloc(1, sizeof *process);
+    if (!process || posix_spawn_file_actions_init(&actions) != 0) {
+        free(process);
+        return NULL;
+    }
+    bool made = posix_spawnattr_init(&attributes) == 0;
+    bool ok = made && set_signals(&attributes) &&
+              posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0) == 0 &&
+              posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said, NEW, 0600) == 0 &&
+              posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complained, NEW, 0600) == 0 &&
+              posix_spawn_file_actions_addchdir_np(&actions, folder) == 0 &&
+              posix_spawn(&process->number, words[0], &actions, &attributes, words, environ) == 0;
+    posix_spawn_file_actions_destroy(&actions);
+    if (made)
+        posix_spawnattr_destroy(&attributes);
+    if (ok)
+        return process;
+    free(process);
+    return NULL;
+}
+
+bool kmp_process_has_ended(kmp_process *process, int *code)
+{
+    int state = 0;
+    if (!process->ended && waitpid(process->number, &state, WNOHANG) == process->number) {
+        process->ended = true;
+        process->code = WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+    }
+    *code = process->code;
+    return process->ended;
+}
+
+void kmp_process_interrupt(kmp_process *process)
+{
+    if (!process->ended && !process->asked) /* a second one would end it without a result */
+        (void)kill(process->number, SIGINT);
+    process->asked = true;
+}
+
+void kmp_process_end(kmp_process *process)
+{
+    int state;
+    if (process && !process->ended) {
+        (void)kill(process->number, SIGKILL);
+        (void)waitpid(process->number, &state, 0);
+    }
+    free(process);
+}
+
+int kmp_loopback_listen(int *port)
+{
+    struct sockaddr_in at = {.sin_family = AF_INET, .sin_port = htons((uint16_t)*port)};
+    socklen_t size = sizeof at;
+    const int again = 1, made = socket(AF_INET, SOCK_STREAM, 0);
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (made >= 0 && fcntl(made, F_SETFD, FD_CLOEXEC) == 0 &&
+        setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &again, sizeof again) == 0 &&
+        bind(made, (const struct sockaddr *)&at, sizeof at) == 0 && listen(made, SOMAXCONN) == 0 &&
+        getsockname(made, (struct sockaddr *)&at, &size) == 0) {
+        *port = ntohs(at.sin_port);
+        return made;
+    }
+    const int error = errno;
+    if (made >= 0)
+        (void)close(made);
+    errno = error;
+    return -1;
+}
+
+bool kmp_connection_is_closed(int socket)
+{
+    char byte;
+    return recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
 #endif
+
+bool kmp_secret(void *bytes, size_t size)
+{
+    const int file = kmp_file_open("/dev/urandom", KMP_OPEN_READ);
+    const ptrdiff_t count = file < 0 ? -1 : kmp_file_get(file, bytes, size);
+    if (file >= 0)
+        (void)kmp_file_close(file);
+    return count == (ptrdiff_t)size;
+}
 
 const char *kmp_page_opener(void)
 {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The platform by Windows: paths and words are UTF-8 here and UTF-16 there. Files are numbers of the C library, always
  * of bytes. Threads come from winpthreads. */
+#define _CRT_RAND_S /* rand_s of stdlib.h */
 #include "platform/platform.h"
 #include <direct.h>
 #include <errno.h>
@@ -677,7 +678,8 @@ static char *put_word(char *at, const char *word)
     return at;
 }
 
-int kmp_process_run(char *const *words, const char *said)
+/* The command line of words; NULL: no memory. The caller frees it. */
+static wchar_t *line_of(char *const *words)
 {
     size_t size = 1;
     for (int k = 0; words[k]; k++)
@@ -686,11 +688,24 @@ int kmp_process_run(char *const *words, const char *said)
     for (int k = 0; line && words[k]; k++)
         at = put_word(at, words[k]);
     wchar_t *wide = line ? widened(line) : NULL;
+    free(line);
+    return wide;
+}
+
+/* A new file that a program writes to. */
+static HANDLE file_for(const char *path)
+{
     wide_path output;
     SECURITY_ATTRIBUTES inherited = {sizeof inherited, NULL, TRUE};
-    HANDLE file = said && widen(said, output) ? CreateFileW(output, GENERIC_WRITE, FILE_SHARE_READ, &inherited,
-                                                            CREATE_ALWAYS, FILE_ATTRIBUTE_NORMAL, NULL)
-                                              : INVALID_HANDLE_VALUE;
+    return path && widen(path, output) ? CreateFileW(output, GENERIC_WRITE, FILE_SHARE_READ, &inherited, CREATE_ALWAYS,
+                                                     FILE_ATTRIBUTE_NORMAL, NULL)
+                                       : INVALID_HANDLE_VALUE;
+}
+
+int kmp_process_run(char *const *words, const char *said)
+{
+    wchar_t *wide = line_of(words);
+    HANDLE file = file_for(said);
     STARTUPINFOW start = {.cb = sizeof start};
     if (file != INVALID_HANDLE_VALUE) {
         start.dwFlags = STARTF_USESTDHANDLES;
@@ -709,8 +724,89 @@ int kmp_process_run(char *const *words, const char *said)
     if (file != INVALID_HANDLE_VALUE)
         CloseHandle(file);
     free(wide);
-    free(line);
     return (int)code;
+}
+
+struct kmp_process {
+    PROCESS_INFORMATION at;
+    bool asked;
+};
+
+kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained)
+{
+    wide_path in;
+    wchar_t *wide = line_of(words);
+    HANDLE files[2] = {file_for(said), file_for(complained)};
+    STARTUPINFOW start = {.cb = sizeof start, .dwFlags = STARTF_USESTDHANDLES};
+    start.hStdOutput = files[0];
+    start.hStdError = files[1];
+    kmp_process *process = calloc(1, sizeof *process);
+    const bool ok =
+        process && wide && files[0] != INVALID_HANDLE_VALUE && files[1] != INVALID_HANDLE_VALUE && widen(folder, in) &&
+        CreateProcessW(NULL, wide, NULL, NULL, TRUE, CREATE_NEW_PROCESS_GROUP, NULL, in, &start, &process->at);
+    for (int k = 0; k < 2; k++)
+        if (files[k] != INVALID_HANDLE_VALUE)
+            CloseHandle(files[k]);
+    free(wide);
+    if (ok)
+        return process;
+    free(process);
+    return NULL;
+}
+
+bool kmp_process_has_ended(kmp_process *process, int *code)
+{
+    DWORD exit_code = 0;
+    if (WaitForSingleObject(process->at.hProcess, 0) != WAIT_OBJECT_0)
+        return false;
+    (void)GetExitCodeProcess(process->at.hProcess, &exit_code);
+    *code = (int)exit_code;
+    return true;
+}
+
+void kmp_process_interrupt(kmp_process *process)
+{
+    if (!process->asked)
+        (void)GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, process->at.dwProcessId);
+    process->asked = true;
+}
+
+void kmp_process_end(kmp_process *process)
+{
+    int code;
+    if (process && !kmp_process_has_ended(process, &code))
+        (void)TerminateProcess(process->at.hProcess, 1);
+    if (process) {
+        CloseHandle(process->at.hProcess);
+        CloseHandle(process->at.hThread);
+    }
+    free(process);
+}
+
+/* Connections need a library that builds for Windows are without. */
+int kmp_loopback_listen(int *port)
+{
+    (void)port;
+    errno = ENOSYS;
+    return -1;
+}
+
+bool kmp_connection_is_closed(int socket)
+{
+    (void)socket;
+    return false;
+}
+
+bool kmp_secret(void *bytes, size_t size)
+{
+    unsigned char *at = bytes;
+    for (size_t k = 0; k < size; k++) {
+        unsigned number;
+        if (rand_s(&number) != 0)
+            return false;
+        at[k] = (unsigned char)number;
+    }
+    return true;
 }
 
 const char *kmp_page_opener(void)

@@ -5,6 +5,7 @@
  * wheels, and a little more. */
 #include "report/motion_picture.h"
 #include "base/arena.h"
+#include "base/base64.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/gear_mesh.h"
 #include "model/data/body.h"
@@ -20,7 +21,6 @@
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
-#include "report/base64.h"
 #include "report/beam_stress.h"
 #include "report/drawing.h"
 #include "report/road_heights.h"

@@ -5,6 +5,7 @@
 #include "report/picture_forces.h"
 #include "analyses/equilibrium/balances.h"
 #include "analyses/inverse/inverse_study.h"
+#include "base/base64.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/gear_mesh.h"
@@ -12,7 +13,6 @@
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
-#include "report/base64.h"
 #include <math.h>
 #include <string.h>
 

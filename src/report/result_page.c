@@ -2,6 +2,7 @@
 /* Data of pages whose results are rows, states, instances or a run: words, curves, contacts, wheels, the model. */
 #include "report/result_page.h"
 #include "analyses/parts/series_summary.h"
+#include "base/base64.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "ensemble/statistics/statistics.h"
@@ -14,7 +15,6 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "report/base64.h"
 #include "report/vehicle_drawing.h"
 #include <math.h>
 #include <stdbool.h>

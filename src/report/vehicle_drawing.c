@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/vehicle_drawing.h"
 #include "analyses/comfort/comfort_study.h"
+#include "base/base64.h"
 #include "base/memory.h"
 #include "model/data/compliant.h"
 #include "model/data/model.h"
 #include "rail/model/wheel_words.h"
 #include "rail/running_safety.h"
-#include "report/base64.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory_print.h"
 #include "symbolic/table_function.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parts of the report pages: poses against the symbolic positions, runs watched, numbers in few characters, and the
  * page with libraries that would break it. tests/report_pages.py opens the page in a browser. */
+#include "base/base64.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -12,7 +13,6 @@
 #include "model/data/variant.h"
 #include "output/plot.h"
 #include "random.h"
-#include "report/base64.h"
 #include "report/comparison_page.h"
 #include "report/drawing.h"
 #include "report/motion_picture.h"

@@ -5,7 +5,7 @@
 
 /* Of the smaller side of the picture: the length of a usual force, and of the longest arrow. More arrows than these are drawn only by choice. */
 const USUAL_LENGTH = 0.25, FEW_ARROWS = 12;
-const forces = data.picture && data.picture.arrows ? readForces(data.picture.arrows) : null;
+let forces = data.picture && data.picture.arrows ? readForces(data.picture.arrows) : null;
 
 /* `usual`: what the largest force exceeds at one of twenty instants, or a quarter of the largest of all. A row without a point in a
  * body has a place in each instant. */

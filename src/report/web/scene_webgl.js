@@ -200,12 +200,14 @@ function dispose(scene) {
     });
 }
 
-function glView(canvas, m) {
-    const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+/* Pages that show another mechanism on the same canvas give its renderer again. */
+function glView(canvas, m, renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true })) {
     const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01 * m.size, 100 * m.size);
     let built = buildScene(m);
     return {
         kind: "webgl",
+        renderer,
+        end: () => dispose(built.scene),
         rebuild() {
             dispose(built.scene);
             built = buildScene(m);

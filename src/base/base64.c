@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "report/base64.h"
+#include "base/base64.h"
 #include <string.h>
 
 /* Bytes that are written in threes. */
@@ -37,6 +37,15 @@ static void end_bytes(bytes *b, kmp_json *json, const char *key)
     if (b->filled > 0)
         put_three(b);
     kmp_json_text(json, key, b->text);
+}
+
+void kmp_json_bytes(kmp_json *json, const char *key, size_t count, const char *x)
+{
+    kmp_text text = {0};
+    bytes b = {.text = &text};
+    for (size_t k = 0; k < count; k++)
+        put_bytes(&b, (unsigned char)x[k], 1);
+    end_bytes(&b, json, key);
 }
 
 void kmp_json_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x)
