@@ -219,7 +219,13 @@ kempe_status cli_check_report(void)
 kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 {
     void *result = NULL;
-    kempe_status status = j->settings->report || j->settings->animation ? cli_check_report() : KEMPE_OK;
+    kempe_status status = j->settings->report ? cli_check_report() : KEMPE_OK;
+#ifndef KEMPE_PICTURE
+    if (status == KEMPE_OK && j->settings->animation) {
+        cli_lacks_wing("PICTURE");
+        status = KEMPE_E_ARGUMENT;
+    }
+#endif
     if (status == KEMPE_OK)
         status = study->compute(j, &result);
     cli_report_failure(j, status, result != NULL);

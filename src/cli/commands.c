@@ -30,7 +30,7 @@ static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajecto
 TABLE(kempe_comparison, "runs")
 REPORT_WRITER(kempe_comparison_write_report)
 REPORT_WRITER(kempe_trajectory_write_report)
-REPORT_WRITER(kempe_trajectory_write_animation)
+ANIMATION_WRITER(kempe_trajectory_write_animation)
 REPORT_WRITER(kempe_assembly_write_report)
 
 /* With the running safety of vehicles. */

@@ -14,7 +14,7 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "report/base64.h"
+#include "picture/base64.h"
 #include "report/vehicle_drawing.h"
 #include <math.h>
 #include <stdbool.h>

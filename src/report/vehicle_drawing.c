@@ -6,7 +6,7 @@
 #include "model/data/model.h"
 #include "rail/model/wheel_words.h"
 #include "rail/running_safety.h"
-#include "report/base64.h"
+#include "picture/base64.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory_print.h"
 #include "symbolic/table_function.h"

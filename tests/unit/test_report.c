@@ -12,10 +12,10 @@
 #include "model/data/variant.h"
 #include "output/plot.h"
 #include "random.h"
-#include "report/base64.h"
+#include "picture/base64.h"
 #include "report/comparison_page.h"
-#include "report/drawing.h"
-#include "report/motion_picture.h"
+#include "picture/drawing.h"
+#include "picture/motion_picture.h"
 #include "symbolic/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>

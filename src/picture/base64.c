@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "report/base64.h"
+#include "picture/base64.h"
 #include <string.h>
 
 /* Bytes that are written in threes. */
