@@ -193,9 +193,9 @@ static kempe_status write_files(const cli_job *j, const cli_study *study, void *
         status = note_file(j, status, write_table(j, study, result, false), s->output);
     if (study->table && s->plot)
         status = note_file(j, status, write_table(j, study, result, true), s->plot);
-    for (int k = 0; k < CLI_MOST_FILES && study->files[k].write; k++) {
+    for (int k = 0; k < CLI_MOST_FILES; k++) { /* in builds without a wing some have no function */
         const char *const *path = (const void *)((const char *)s + study->files[k].path);
-        if (*path)
+        if (study->files[k].write && *path)
             status = note_file(j, status, study->files[k].write(j, result, *path), *path);
     }
     return status;
