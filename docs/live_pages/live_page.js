@@ -83,7 +83,7 @@
 
     /* -- sliders -------------------------------------------------------------------------------------------- */
 
-    /* Where the text gives the number of a parameter: from, to. NULL: it does not. */
+    /* The first and last place of a parameter's number in the text; null: the text gives none. */
     const placeOf = (name) => {
         const whole = files.get(main), section = /^parameters:[^]*?(?=\n[A-Za-z]|$(?![^]))/m.exec(whole);
         const found = section && new RegExp(`(?:^|[{,\\s])${name}:[ \\t]*(-?[0-9.]+(?:[eE][-+]?[0-9]+)?)`, "m").exec(section[0]);

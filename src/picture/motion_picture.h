@@ -18,6 +18,6 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
 /** The number of frames that a picture of the model can have without omissions. */
 int kmp_motion_picture_frames(const kempe_model *model);
 
-/** The end time of the picture so that no joint rotates too far between frames; that of the rows when it satisfies the
- * limit. */
+/** The end time of the picture so that no joint rotates too far between frames; the end of the rows when it satisfies
+ * the limit. */
 double kmp_motion_picture_end(const kempe_model *model, const kmp_samples *row);
