@@ -304,6 +304,7 @@
         const bytes = outcome.files["motion.json"], before = scene && t;
         result = outcome;
         wrong = [];
+        window.movedAt ??= bytes && performance.now();
         if (bytes) takePicture(JSON.parse(new TextDecoder().decode(bytes)).picture);
         markLines();
         answer(outcome, seconds);
