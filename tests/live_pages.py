@@ -252,6 +252,10 @@ def take_pictures(pages, folder):
         for screen in SCREENS:
             page = LivePage(pages / f"{name}.html", screen)
             page.until(RUNS)
+            if name == "stewart":  # with a mistake
+                page.type("mass: 10\n", "mass: 10 kgg\n")
+                page.until(f"{STATE} === 'wrong'")
+                page.value("document.querySelector('#text').scrollTop = 400; document.querySelector('#text').scrollLeft = 0")
             time.sleep(2.5)
             page.value(browser.WIDTHS)
             print(name, screen, "wider than the page:", page.value("document.documentElement.dataset.wide") or "nothing")
