@@ -28,10 +28,11 @@ kempe_status kempe_trajectory_write_animation(const kempe_trajectory *trajectory
     const char *ending = kmp_file_ending(path);
     const bool scene = strcmp(ending, ".glb") == 0;
     if (!scene && strcmp(ending, ".json") != 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "cannot write '%s': an animation ends with .glb, a binary file of glTF, or .json, the data of the "
-                        "picture",
-                        path);
+        return kmp_fail(
+            context, KEMPE_E_ARGUMENT,
+            "cannot write '%s': an animation ends with .glb, a binary file of glTF, or .json, the data of the "
+            "picture",
+            path);
     if (trajectory->table.rows == 0)
         return kmp_fail(context, KEMPE_E_FAILED, "the run has no rows to show");
     return scene ? kmp_gltf_write(trajectory, path) : write_picture(trajectory, path);
