@@ -18,6 +18,7 @@ import pathlib
 import re
 import struct
 import sys
+import time
 import unittest
 import xml.etree.ElementTree
 
@@ -605,6 +606,54 @@ class Simulations(Case):
     def reactions(self, model):
         data = json.loads(Page(self.make("simulate", model, "--t-end", "0.1").read_text()).data)["reactions"]
         return [dict(zip(data["columns"], row)) for row in data["rows"]]
+
+    def axes_of_view(self, name):
+        """The lines of the axes z and y, as x and y of the picture, where the mechanism is seen from a direction."""
+        marks, _ = self.run_script(f"""
+            const choice = document.querySelector("#views select");
+            choice.value = "{name}";
+            choice.dispatchEvent(new Event("change"));
+            const label = (name) => [...document.querySelectorAll(".gauge text")].find((text) => text.textContent === name);
+            return ["y", "z"].map((name) => {{
+                const line = label(name) && label(name).previousSibling.getAttribute("d");
+                return line ? line.match(/-?[0-9.]+/g).slice(0, 4).map(Number) : null;
+            }});""")
+        return [None if mark is None else (mark[2] - mark[0], mark[3] - mark[1]) for mark in marks]
+
+    def test_directions_of_view(self):
+        """From above z points at the reader, from the front and the side upwards; the picture becomes larger."""
+        self.open(self.make("simulate", "examples/stewart/stewart.yaml"))
+        self.assertIsNone(self.axes_of_view("Top")[1])
+        for name in ("Front", "Side"):
+            _, (x, y) = self.axes_of_view(name)
+            self.assertAlmostEqual(x, 0, delta=1e-3)
+            self.assertAlmostEqual(y, -20, delta=1e-3)
+        script = """const size = () => byId("view").clientHeight * byId("view").clientWidth, before = size(), larger = [...document.querySelectorAll("#views button")].find((b) => b.textContent === "Larger");
+            larger.click();
+            return [before, size(), byId("stage").clientWidth / byId("stage").parentElement.clientWidth];"""
+        (before, after, part), _ = self.run_script(script)
+        self.assertGreater(after, 1.6 * before)
+        self.assertGreater(part, 0.99)
+
+    def test_video(self):
+        """The button gives a file of the recording, which a second click ends."""
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
+        browser.running.call("Emulation.setVirtualTimePolicy", browser.running.tab, policy="advance")  # which stands still once a page is drawn
+        self.run_script("""URL.createObjectURL = (blob) => {
+                blob.arrayBuffer().then((bytes) => (window.recording = [blob.type, bytes.byteLength, ...new Uint8Array(bytes).slice(0, 4)]));
+                return "#";
+            };
+            window.video = [...document.querySelectorAll("#views button")].find((b) => b.textContent === "Video");
+            video.click();""")
+        time.sleep(1)
+        self.run_script("video.click();")
+        given, deadline = None, time.monotonic() + 30
+        while given is None and time.monotonic() < deadline:
+            time.sleep(0.05)
+            given, _ = self.run_script("return window.recording || null;")
+        self.assertTrue(given[0].startswith("video/webm"), given)
+        self.assertGreater(given[1], 5000)
+        self.assertEqual(given[2:], [0x1A, 0x45, 0xDF, 0xA3])  # the first element of a Matroska file, RFC 8794
 
     def test_places_and_switch_of_arrows(self):
         """Arrows begin at the joints: the distances of their points are those of the model. A box hides them."""

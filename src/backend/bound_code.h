@@ -34,7 +34,8 @@ typedef struct kmp_bound_code {
     const int *listed;  /* operations from `fixed` on that may be needed, in order; NULL: all */
     int count;          /* their number */
     const void *tables;
-    /** Bounds of a table, or of a derivative of it: kmp_table_bounds; its highest derivative that is continuous, + 1.
+    /** Bounds of a table, or of a derivative of it: kmp_table_bounds; its highest derivative that is continuous between
+     * the two places, + 1.
      */
     int (*table)(const void *tables, unsigned number, int derivative, double from, double to, double *low,
                  double *high);

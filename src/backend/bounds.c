@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The operations that outputs of a program with known bounds need, in its order. */
 #include "backend/bounds.h"
+#include "linalg/piece_bounds.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -61,7 +62,9 @@ static int bound_table(const void *tables, unsigned number, int derivative, doub
 {
     const kmp_table *table = ((const kmp_program *)tables)->table[number];
     kmp_table_bounds(table, derivative, from, to, low, high);
-    return (kmp_table_degree(table) + 1) / 2;
+    if (kmp_table_degree(table) == 1)
+        return 1;
+    return kmp_bends_smoothly(table->count, table->x, table->piece[0], from, to) ? 3 : 2;
 }
 
 kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)

@@ -4,6 +4,7 @@
 
 #include <kempe/runtime.h>
 #include <math.h>
+#include <stdbool.h>
 
 static inline void kmp_include(double x, double *low, double *high)
 {
@@ -22,4 +23,22 @@ static inline void kmp_piece_bounds(const double piece[4], int derivative, doubl
     kmp_include(d[0] + d[1] / 3, low, high);
     kmp_include(d[0] + (2 * d[1] + d[2]) / 3, low, high);
     kmp_include(d[0] + d[1] + d[2] + d[3], low, high);
+}
+
+/** The second derivative of a spline is continuous at its knots but for rounding, which is below this part of it. */
+#define KMP_BENDS_ALIKE 1e-6
+
+/** True if the second derivative of cubic pieces is continuous between two places: at the knots between them, of which
+ * the first and the last one join straight lines. */
+static inline bool kmp_bends_smoothly(int knots, const double *x, const double *piece, double from, double to)
+{
+    if (from < x[0] || to > x[knots - 1])
+        return from > x[knots - 1] || to < x[0];
+    for (int k = kempe_find_piece_(knots, x, from) + 1; k < knots - 1 && x[k] <= to; k++) {
+        const double *left = piece + 4 * (k - 1), *right = piece + 4 * k;
+        const double grown = 3 * left[3] * (x[k] - x[k - 1]), size = fabs(left[2]) + fabs(grown) + fabs(right[2]);
+        if (fabs(left[2] + grown - right[2]) > KMP_BENDS_ALIKE * size)
+            return false;
+    }
+    return true;
 }

@@ -831,19 +831,16 @@ enum { CAM_PLACES = 180 };
 static void put_pitch_curve(kmp_json *json, const picture *p, const char *name, int point,
                             const kmp_cam_follower *follower)
 {
-    kmp_table *path = follower->form == KMP_FOLLOWER_ROLLER && follower->outline->cam
-                          ? kmp_cam_path(follower->outline->cam, follower)
-                          : NULL;
-    if (path && begin_surface(json, p, "pitch", name, point)) {
-        kmp_json_array(json, "points");
-        for (int k = 0; k <= CAM_PLACES; k++) {
-            const double angle = path->x[0] + (path->x[path->count - 1] - path->x[0]) * k / CAM_PLACES;
-            const double r = kmp_table_value(path, 0, angle), place[3] = {r * cos(angle), r * sin(angle), 0};
-            put_place(json, p, point, place);
-        }
-        kmp_json_put(json, "] }");
+    if (follower->form != KMP_FOLLOWER_ROLLER || !follower->outline->cam ||
+        !begin_surface(json, p, "pitch", name, point))
+        return;
+    kmp_json_array(json, "points");
+    for (int k = 0; k <= CAM_PLACES; k++) {
+        double place[3] = {0};
+        kmp_cam_path_place(follower->outline->cam, follower, k, CAM_PLACES, place);
+        put_place(json, p, point, place);
     }
-    kmp_table_free(path);
+    kmp_json_put(json, "] }");
 }
 
 /* The profile of a cam in the axes of a point. */

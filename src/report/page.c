@@ -14,8 +14,9 @@
 /* -- the file ---------------------------------------------------------------------------------------- */
 
 /* Scripts of all pages, in order. */
-static const char *const *const common[] = {kmp_phrases_js,     kmp_plots_js,        kmp_solids_js,    kmp_shapes_js,
-                                            kmp_scene_webgl_js, kmp_scene_canvas_js, kmp_animation_js, NULL};
+static const char *const *const common[] = {kmp_phrases_js,     kmp_plots_js,       kmp_solids_js,
+                                            kmp_shapes_js,      kmp_scene_webgl_js, kmp_scene_canvas_js,
+                                            kmp_stage_views_js, kmp_animation_js,   NULL};
 
 static bool is_mark(const char *line, const char *mark)
 {

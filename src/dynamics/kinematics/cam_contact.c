@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* With (x, y) from the centre of the cam to a roller in the axes of the cam, r its length and a its angle, the centre
- * of the roller is on r = p(a). The distance is (r - p) p/sqrt(p^2 + p'^2): exact on the path, with its derivatives
- * there. Of the law of a follower with an offset, or on a lever, the path is its place f(s(u)) turned by u. The
- * place of the roller gives the lift that it would have and u; their difference from the law, times the normal part of
- * df/ds, is the distance. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support
- * function h. */
+/* The centre of a law's own roller has the place f(s) on its line, or on the circle of its lever, and is turned with it
+ * by u against the cam. A place of the centre in the axes of the cam gives the lift that it would have, and u. Their
+ * difference from the law, times the normal part of df/ds, is the distance: exact on the path, with its derivatives
+ * there. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support function h. Any
+ * other path is parallel to a curve c(u), by d along its normal n. There u is found: from a spline by the angle, with
+ * Newton's steps in the expression itself. */
 #include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/model.h"
@@ -12,6 +12,7 @@
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include <math.h>
+#include <string.h>
 
 /* -- laws as expressions ------------------------------------------------------------------------------------ */
 
@@ -72,26 +73,176 @@ static kmp_ref lift_at(kmp_graph *g, const kmp_cam *cam, int derivative, kmp_ref
     return sum;
 }
 
-/* The path of a follower at an angle with this cosine and sine, times any length: its distance and two derivatives. */
-static void path_at(kmp_graph *g, const kmp_cam_follower *follower, kmp_ref x, kmp_ref y, kmp_ref p[3])
+/* The lift of a law at an angle of the cam, and two derivatives by the polar angle, which is opposite. */
+static void law_at(kmp_graph *g, const kmp_cam *cam, kmp_ref angle, kmp_ref s[3])
 {
-    const kmp_cam *cam = follower->outline->cam;
-    if (kmp_cam_is_exact(cam, follower)) {
-        const kmp_ref turned = kmp_binary(g, KMP_OP_ATAN2, y, kmp_neg(x));
-        const kmp_ref angle = kmp_add(g, turned, kmp_const(g, KMP_TURN / 2));
-        p[0] = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
-        p[1] = kmp_neg(lift_at(g, cam, 1, angle));
-        p[2] = lift_at(g, cam, 2, angle);
+    s[0] = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
+    s[1] = kmp_neg(lift_at(g, cam, 1, angle));
+    s[2] = lift_at(g, cam, 2, angle);
+}
+
+/* The same at the polar angle with this cosine and sine, times any length. */
+static void law_towards(kmp_graph *g, const kmp_cam *cam, const kmp_ref e[2], kmp_ref s[3])
+{
+    const kmp_ref turned = kmp_binary(g, KMP_OP_ATAN2, e[1], kmp_neg(e[0]));
+    law_at(g, cam, kmp_add(g, turned, kmp_const(g, KMP_TURN / 2)), s);
+}
+
+/* Of a follower beside the centre: its place f over the lift, f = (cos, sin) by the sine and cosine of a lever's lift
+ * or the lift itself, and its first two derivatives by the lift. */
+static void follower_place(kmp_graph *g, const kmp_cam *cam, kmp_ref lift, kmp_ref cosine, kmp_ref sine,
+                           kmp_ref f[3][2])
+{
+    const double side = copysign(1, cam->arm), l = fabs(cam->arm);
+    if (cam->arm == 0) {
+        const kmp_ref line[3][2] = {{lift, kmp_const(g, -cam->offset)}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}};
+        memcpy(f, line, sizeof line);
         return;
     }
-    kmp_table *path = kmp_cam_path(cam, follower);
-    const int table = kmp_graph_add_table(g, path);
-    const kmp_ref angle = kmp_binary(g, KMP_OP_ATAN2, y, x);
-    kmp_table_free(path);
-    for (int d = 0; d < 3; d++)
-        p[d] = table < 0 ? KMP_ONE
-               : d == 0  ? kmp_table_at(g, table, angle)
-                         : kmp_table_derivative_at(g, table, d, angle);
+    f[2][0] = kmp_mul(g, kmp_const(g, l), cosine);
+    f[2][1] = kmp_mul(g, kmp_const(g, -side * l), sine);
+    f[1][0] = kmp_mul(g, kmp_const(g, l), sine);
+    f[1][1] = kmp_mul(g, kmp_const(g, side * l), cosine);
+    f[0][0] = kmp_sub(g, kmp_const(g, cam->pivot), f[2][0]);
+    f[0][1] = kmp_neg(f[2][1]);
+}
+
+/* The derivatives by u of a place that is f(s(u)) turned by u, in the axes of f: f' + J f, f'' + 2 J f' - f with
+ * J (x, y) = (-y, x). */
+static void turned_place(kmp_graph *g, const kmp_ref s[3], const kmp_ref f[3][2], kmp_ref turned[2][2])
+{
+    kmp_ref f1[2], f2[2];
+    for (int i = 0; i < 2; i++) {
+        f1[i] = kmp_mul(g, s[1], f[1][i]);
+        f2[i] = kmp_add(g, kmp_mul(g, s[2], f[1][i]), kmp_mul(g, kmp_mul(g, s[1], s[1]), f[2][i]));
+    }
+    turned[0][0] = kmp_sub(g, f1[0], f[0][1]);
+    turned[0][1] = kmp_add(g, f1[1], f[0][0]);
+    turned[1][0] = kmp_sub(g, f2[0], kmp_add(g, kmp_add(g, f1[1], f1[1]), f[0][0]));
+    turned[1][1] = kmp_sub(g, f2[1], kmp_sub(g, f[0][1], kmp_add(g, f1[0], f1[0])));
+}
+
+/* -- curves ------------------------------------------------------------------------------------------------- */
+
+/* A place of the base curve: c, its derivative t by the parameter, the unit normal n outwards and the curvature. */
+typedef struct curve_place {
+    kmp_ref c[2], t[2], n[2], k;
+} curve_place;
+
+static kmp_ref cross(kmp_graph *g, const kmp_ref a[2], const kmp_ref b[2])
+{
+    return kmp_sub(g, kmp_mul(g, a[0], b[1]), kmp_mul(g, a[1], b[0]));
+}
+
+static kmp_ref dot(kmp_graph *g, const kmp_ref a[2], const kmp_ref b[2])
+{
+    return kmp_add(g, kmp_mul(g, a[0], b[0]), kmp_mul(g, a[1], b[1]));
+}
+
+/* From the first two derivatives: unit normal and curvature. */
+static void set_normal(kmp_graph *g, const kmp_ref t[2], const kmp_ref bend[2], kmp_ref n[2], kmp_ref *k)
+{
+    const kmp_ref square = dot(g, t, t), size = kmp_sqrt(g, square);
+    n[0] = kmp_div(g, t[1], size);
+    n[1] = kmp_neg(kmp_div(g, t[0], size));
+    *k = kmp_div(g, cross(g, t, bend), kmp_mul(g, square, size));
+}
+
+/* A vector in axes that are turned, whose x axis is e. */
+static void turn(kmp_graph *g, const kmp_ref e[2], const kmp_ref v[2], kmp_ref out[2])
+{
+    out[0] = kmp_sub(g, kmp_mul(g, e[0], v[0]), kmp_mul(g, e[1], v[1]));
+    out[1] = kmp_add(g, kmp_mul(g, e[0], v[1]), kmp_mul(g, e[1], v[0]));
+}
+
+/* x less whole periods, from first to the end of the period. */
+static kmp_ref within_period(kmp_graph *g, double first, double period, kmp_ref x)
+{
+    const kmp_ref beyond = kmp_sub(g, x, kmp_const(g, first));
+    const kmp_ref turns = kmp_unary(g, KMP_OP_FLOOR, kmp_div(g, beyond, kmp_const(g, period)));
+    return kmp_sub(g, x, kmp_mul(g, kmp_const(g, period), turns));
+}
+
+/* Value and two derivatives of a periodic table. */
+static void table_place(kmp_graph *g, kmp_table *table, kmp_ref x, kmp_ref r[3])
+{
+    const int number = kmp_graph_add_table(g, table);
+    const double first = table->x[0];
+    const kmp_ref within = within_period(g, first, table->x[table->count - 1] - first, x);
+    r[0] = number < 0 ? KMP_ONE : kmp_table_at(g, number, within);
+    for (int d = 1; d < 3; d++)
+        r[d] = number < 0 ? KMP_ONE : kmp_table_derivative_at(g, number, d, within);
+}
+
+/* The base curve at a parameter: of places their length, else an angle. */
+static curve_place curve_at(kmp_graph *g, const kmp_cam *cam, kmp_ref u)
+{
+    curve_place at;
+    kmp_ref r[3], bend[2];
+    if (cam->place[0]) {
+        for (int i = 0; i < 2; i++) {
+            table_place(g, cam->place[i], u, r);
+            at.c[i] = r[0];
+            at.t[i] = r[1];
+            bend[i] = r[2];
+        }
+        set_normal(g, at.t, bend, at.n, &at.k);
+        return at;
+    }
+    const kmp_ref e[2] = {kmp_cos(g, u), kmp_sin(g, u)};
+    if (cam->table)
+        table_place(g, cam->table, u, r);
+    else
+        law_at(g, cam, within_period(g, 0, KMP_TURN, kmp_neg(u)), r);
+    if (cam->parts && cam->form == KMP_FOLLOWER_FLAT) { /* by the support function: h e + h' e', (h + h'') e' */
+        const kmp_ref own[2] = {r[0], r[1]}, ahead[2] = {KMP_ZERO, kmp_add(g, r[0], r[2])};
+        turn(g, e, own, at.c);
+        turn(g, e, ahead, at.t);
+        memcpy(at.n, e, sizeof at.n);
+        at.k = kmp_div(g, KMP_ONE, ahead[1]);
+        return at;
+    }
+    kmp_ref f[3][2] = {{r[0], KMP_ZERO}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}}, own[2][2];
+    if (cam->parts)
+        follower_place(g, cam, r[0], kmp_cos(g, r[0]), kmp_sin(g, r[0]), f);
+    turned_place(g, r, (const kmp_ref(*)[2])f, own);
+    turn(g, e, f[0], at.c);
+    turn(g, e, own[0], at.t);
+    turn(g, e, own[1], bend);
+    set_normal(g, at.t, bend, at.n, &at.k);
+    return at;
+}
+
+/* Steps behind the spline, whose error is below 1e-4 of a turn: its square is below 1e-8, the square of that is
+ * nothing. */
+enum { STEPS = 2 };
+
+/* The place of the base curve whose parallel place, at the distance d, is towards (x, y); for a flat face, whose
+ * normal is. */
+static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, double d, const kmp_ref towards[2])
+{
+    const kmp_cam *cam = follower->outline->cam;
+    kmp_table *parts = kmp_cam_parameter(cam, follower);
+    const int table = kmp_graph_add_table(g, parts);
+    kmp_table_free(parts);
+    kmp_ref u = table < 0 ? KMP_ONE : kmp_table_at(g, table, kmp_binary(g, KMP_OP_ATAN2, towards[1], towards[0]));
+    curve_place at = curve_at(g, cam, u);
+    for (int i = 0; i < STEPS; i++) {
+        kmp_ref off, rate;
+        if (follower->form == KMP_FOLLOWER_FLAT) { /* t.m, and t'.m = -k t^2 where m is the normal */
+            off = dot(g, at.t, towards);
+            rate = kmp_neg(kmp_mul(g, at.k, dot(g, at.t, at.t)));
+        } else {
+            const kmp_ref along = kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k));
+            const kmp_ref p[2] = {kmp_add(g, at.c[0], kmp_mul(g, kmp_const(g, d), at.n[0])),
+                                  kmp_add(g, at.c[1], kmp_mul(g, kmp_const(g, d), at.n[1]))};
+            off = cross(g, p, towards);
+            rate = kmp_mul(g, along, cross(g, at.t, towards));
+        }
+        u = kmp_sub(g, u, kmp_div(g, off, rate));
+        at = curve_at(g, cam, u);
+    }
+    return at;
 }
 
 /* -- followers ------------------------------------------------------------------------------------------------ */
@@ -122,73 +273,45 @@ static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower,
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
-/* The law's own roller with an offset, or on a lever. */
-static void roll_beside(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
+/* The law's own roller or edge. */
+static void roll_by_law(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
     const kmp_cam *cam = follower->outline->cam;
-    const double side = copysign(1, cam->arm), l = fabs(cam->arm);
-    const kmp_ref square = kmp_add(g, kmp_mul(g, c->x, c->x), kmp_mul(g, c->y, c->y));
-    kmp_ref f[2], by[2] = {KMP_ONE, KMP_ZERO}, bend[2] = {KMP_ZERO, KMP_ZERO}, lift;
+    const double l = fabs(cam->arm);
+    const kmp_ref place[2] = {c->x, c->y}, square = dot(g, place, place);
+    kmp_ref f[3][2], lift, cosine = KMP_ONE, sine = KMP_ZERO;
     if (cam->arm != 0) { /* the triangle of bearing, centre and roller */
         const kmp_ref rest = kmp_sub(g, kmp_const(g, cam->pivot * cam->pivot + l * l), square);
-        const kmp_ref cosine = kmp_mul(g, kmp_const(g, 1 / (2 * cam->pivot * l)), rest);
-        const kmp_ref sine = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, cosine, cosine)));
+        cosine = kmp_mul(g, kmp_const(g, 1 / (2 * cam->pivot * l)), rest);
+        sine = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, cosine, cosine)));
         lift = kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
-        by[0] = kmp_mul(g, kmp_const(g, l), sine);
-        by[1] = kmp_mul(g, kmp_const(g, side * l), cosine);
-        bend[0] = kmp_mul(g, kmp_const(g, l), cosine);
-        bend[1] = kmp_mul(g, kmp_const(g, -side * l), sine);
-        f[0] = kmp_sub(g, kmp_const(g, cam->pivot), bend[0]);
-        f[1] = kmp_neg(bend[1]);
-    } else {
-        lift = f[0] = kmp_sqrt(g, kmp_sub(g, square, kmp_const(g, cam->offset * cam->offset)));
-        f[1] = kmp_const(g, -cam->offset);
-    }
+    } else
+        lift = kmp_sqrt(g, kmp_sub(g, square, kmp_const(g, cam->offset * cam->offset)));
+    follower_place(g, cam, lift, cosine, sine, f);
     /* x axis of f: the place is f[0] of it and f[1] of the axis across */
-    const kmp_ref ex = kmp_div(g, kmp_add(g, kmp_mul(g, f[0], c->x), kmp_mul(g, f[1], c->y)), square);
-    const kmp_ref ey = kmp_div(g, kmp_sub(g, kmp_mul(g, f[0], c->y), kmp_mul(g, f[1], c->x)), square);
-    const kmp_ref angle = kmp_add(g, kmp_binary(g, KMP_OP_ATAN2, ey, kmp_neg(ex)), kmp_const(g, KMP_TURN / 2));
-    const kmp_ref s = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
-    const kmp_ref s1 = kmp_neg(lift_at(g, cam, 1, angle)), s2 = lift_at(g, cam, 2, angle);
-    kmp_ref f1[2], f2[2];
-    for (int i = 0; i < 2; i++) {
-        f1[i] = kmp_mul(g, s1, by[i]);
-        f2[i] = kmp_add(g, kmp_mul(g, s2, by[i]), kmp_mul(g, kmp_mul(g, s1, s1), bend[i]));
-    }
-    const kmp_ref gx = kmp_sub(g, f1[0], f[1]), gy = kmp_add(g, f1[1], f[0]);
-    const kmp_ref hx = kmp_sub(g, f2[0], kmp_add(g, kmp_add(g, f1[1], f1[1]), f[0]));
-    const kmp_ref hy = kmp_sub(g, kmp_add(g, f2[1], kmp_add(g, f1[0], f1[0])), f[1]);
-    const kmp_ref size_square = kmp_add(g, kmp_mul(g, gx, gx), kmp_mul(g, gy, gy)), size = kmp_sqrt(g, size_square);
-    const kmp_ref nx = kmp_div(g, gy, size), ny = kmp_neg(kmp_div(g, gx, size));
-    const kmp_ref part = kmp_add(g, kmp_mul(g, nx, by[0]), kmp_mul(g, ny, by[1]));
-    out->gap = kmp_mul(g, kmp_sub(g, lift, s), part);
-    const kmp_ref along = kmp_sub(g, kmp_mul(g, nx, ex), kmp_mul(g, ny, ey));
-    const kmp_ref across = kmp_add(g, kmp_mul(g, nx, ey), kmp_mul(g, ny, ex));
-    out->normal = combined(c, along, across);
-    const kmp_ref cross = kmp_sub(g, kmp_mul(g, gx, hy), kmp_mul(g, gy, hx));
-    const kmp_ref of_path = kmp_div(g, cross, kmp_mul(g, size_square, size));
+    const kmp_ref e[2] = {kmp_div(g, dot(g, f[0], place), square), kmp_div(g, cross(g, f[0], place), square)};
+    kmp_ref s[3];
+    law_towards(g, cam, e, s);
+    kmp_ref own[2][2], n[2], across[2], of_path;
+    turned_place(g, s, (const kmp_ref(*)[2])f, own);
+    set_normal(g, own[0], own[1], n, &of_path);
+    out->gap = kmp_mul(g, kmp_sub(g, lift, s[0]), dot(g, n, f[1]));
+    turn(g, e, n, across);
+    out->normal = combined(c, across[0], across[1]);
     out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));
 }
 
-static void roll_on_path(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
+static void roll_on_curve(const cam_place *c, const kmp_cam_follower *follower, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
-    kmp_ref p[3];
-    path_at(g, follower, c->x, c->y, p);
-    const kmp_ref r = kmp_sqrt(g, kmp_add(g, kmp_mul(g, c->x, c->x), kmp_mul(g, c->y, c->y)));
-    const kmp_ref square = kmp_add(g, kmp_mul(g, p[0], p[0]), kmp_mul(g, p[1], p[1])), size = kmp_sqrt(g, square);
-    out->gap = kmp_mul(g, kmp_sub(g, r, p[0]), kmp_div(g, p[0], size));
-    /* n = (p e - p' e')/size with e = (x, y)/r, e' = (-y, x)/r */
-    const kmp_ref along = kmp_div(g, p[0], kmp_mul(g, r, size)), back = kmp_div(g, p[1], kmp_mul(g, r, size));
-    const kmp_ref nx = kmp_add(g, kmp_mul(g, along, c->x), kmp_mul(g, back, c->y));
-    const kmp_ref ny = kmp_sub(g, kmp_mul(g, along, c->y), kmp_mul(g, back, c->x));
-    out->normal = combined(c, nx, ny);
-    /* of the path (p^2 + 2 p'^2 - p p'')/size^3; of the profile, which is parallel to it */
-    const kmp_ref twice = kmp_mul(g, kmp_const(g, 2), kmp_mul(g, p[1], p[1]));
-    const kmp_ref of_path = kmp_div(g, kmp_sub(g, kmp_add(g, kmp_mul(g, p[0], p[0]), twice), kmp_mul(g, p[0], p[2])),
-                                    kmp_mul(g, square, size));
-    out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));
+    const double inset = kmp_cam_inset(follower->outline->cam), d = follower->radius - inset;
+    const kmp_ref place[2] = {c->x, c->y};
+    const curve_place at = foot_of(g, follower, d, place);
+    const kmp_ref off[2] = {kmp_sub(g, c->x, at.c[0]), kmp_sub(g, c->y, at.c[1])};
+    out->gap = kmp_sub(g, dot(g, off, at.n), kmp_const(g, d));
+    out->normal = combined(c, at.n[0], at.n[1]);
+    out->curvature = kmp_div(g, at.k, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, inset), at.k)));
 }
 
 /* The face with the normal m touches at h m + h' t, with t across m. */
@@ -196,17 +319,26 @@ static void lie_on_profile(const cam_place *c, const kmp_cam_follower *follower,
 {
     kmp_graph *g = c->g;
     const kmp_ref x = kmp_vec_dot(g, m, c->axes[0]), y = kmp_vec_dot(g, m, c->axes[1]);
-    kmp_ref h[3], height, along;
-    if (follower->outline->cam) {
-        path_at(g, follower, x, y, h);
+    const kmp_cam *cam = follower->outline->cam;
+    kmp_ref height, along;
+    const kmp_ref normal[2] = {x, y}, across[2] = {kmp_neg(y), x};
+    if (cam && kmp_cam_is_exact(cam, follower)) {
+        kmp_ref h[3];
+        law_towards(g, cam, normal, h);
         height = h[0];
         along = h[1];
         out->curvature = kmp_div(g, KMP_ONE, kmp_add(g, h[0], h[2]));
+    } else if (cam) {
+        const double d = -kmp_cam_inset(cam);
+        const curve_place at = foot_of(g, follower, d, normal);
+        height = kmp_add(g, dot(g, at.c, normal), kmp_const(g, d));
+        along = dot(g, at.c, across);
+        out->curvature = kmp_div(g, at.k, kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k)));
     } else {
         const kmp_piece *circle = &follower->outline->pieces[0];
-        const kmp_ref cx = kmp_const(g, circle->centre[0]), cy = kmp_const(g, circle->centre[1]);
-        height = kmp_add(g, kmp_const(g, circle->radius), kmp_add(g, kmp_mul(g, cx, x), kmp_mul(g, cy, y)));
-        along = kmp_sub(g, kmp_mul(g, cy, x), kmp_mul(g, cx, y));
+        const kmp_ref centre[2] = {kmp_const(g, circle->centre[0]), kmp_const(g, circle->centre[1])};
+        height = kmp_add(g, kmp_const(g, circle->radius), dot(g, centre, normal));
+        along = dot(g, centre, across);
         out->curvature = kmp_const(g, 1 / circle->radius);
     }
     out->normal = m;
@@ -231,13 +363,13 @@ void kmp_cam_contact_find(const kmp_tree *tree, const kmp_cam_follower *follower
         lie_on_profile(&c, follower, kmp_point_direction(tree, point[1], face, contact->frame), contact);
         return;
     }
-    if (follower->outline->cam && kmp_cam_is_beside(follower->outline->cam) &&
-        kmp_cam_is_exact(follower->outline->cam, follower))
-        roll_beside(&c, follower, contact);
-    else if (follower->outline->cam)
-        roll_on_path(&c, follower, contact);
-    else
+    const kmp_cam *cam = follower->outline->cam;
+    if (!cam)
         roll_on_circle(&c, follower, contact);
+    else if (!kmp_cam_is_exact(cam, follower))
+        roll_on_curve(&c, follower, contact);
+    else
+        roll_by_law(&c, follower, contact);
     contact->arm = kmp_vec_scale(g, kmp_const(g, -follower->radius), contact->normal);
 }
 

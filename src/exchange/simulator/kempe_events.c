@@ -33,6 +33,7 @@ static int bound_table(const void *tables, unsigned number, int derivative, doub
 {
     const kempe_watch_table *t = (const kempe_watch_table *)tables + number;
     const double a = table_at(t, derivative, from), b = table_at(t, derivative, to);
+    const bool smooth = t->degree > 1 && kmp_bends_smoothly(t->knots, t->x, t->pieces, from, to);
     *low = fmin(a, b);
     *high = fmax(a, b);
     from = fmax(from, t->x[0]);
@@ -41,7 +42,7 @@ static int bound_table(const void *tables, unsigned number, int derivative, doub
          k++)
         kmp_piece_bounds(t->pieces + 4 * (ptrdiff_t)k, derivative, fmax(from - t->x[k], 0),
                          fmin(to, t->x[k + 1]) - t->x[k], low, high);
-    return (t->degree + 1) / 2;
+    return t->degree == 1 ? 1 : smooth ? 3 : 2;
 }
 
 /* -- a site of pieces ---------------------------------------------------------------------------------- */

@@ -10,7 +10,7 @@
 
 #define PI (KMP_TURN / 2)
 
-/* Places round a cam: the spline between them differs from the path by the fourth power of their distance. */
+/* Places round a cam, at which it is checked and between which the search for a place begins. */
 enum { PLACES = 2048 };
 
 const char *const kmp_cam_law_words[KMP_CAM_LAWS] = {
@@ -134,16 +134,6 @@ static curve_place place_by(const double c[3][2])
                          .k = (c[1][0] * c[2][1] - c[1][1] * c[2][0]) / (size * size * size)};
 }
 
-/* From a radius and its derivatives by the polar angle. */
-static curve_place polar_place(double angle, const double r[3])
-{
-    const double e[2] = {cos(angle), sin(angle)};
-    const double c[3][2] = {{r[0] * e[0], r[0] * e[1]},
-                            {r[1] * e[0] - r[0] * e[1], r[1] * e[1] + r[0] * e[0]},
-                            {(r[2] - r[0]) * e[0] - 2 * r[1] * e[1], (r[2] - r[0]) * e[1] + 2 * r[1] * e[0]}};
-    return place_by(c);
-}
-
 /* From a support function h and its derivatives by the angle of the normal. */
 static curve_place support_place(double angle, const double h[3])
 {
@@ -152,14 +142,9 @@ static curve_place support_place(double angle, const double h[3])
         .c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]}, .n = {e[0], e[1]}, .k = 1 / (h[0] + h[2])};
 }
 
-bool kmp_cam_is_beside(const kmp_cam *cam)
-{
-    return cam->parts && (cam->offset != 0 || cam->arm != 0);
-}
-
-/* From the lift s and its derivatives by u, of a follower with an offset or on a lever: its place f(s), turned
- * by u. */
-static curve_place beside_place(const kmp_cam *cam, double u, const double s[3])
+/* From the lift s of a follower and its derivatives by u: its place f(s), turned by u. With neither offset nor lever s
+ * is a polar radius. */
+static curve_place turned_place(const kmp_cam *cam, double u, const double s[3])
 {
     const double side = copysign(1, cam->arm), l = fabs(cam->arm), e[2] = {cos(u), sin(u)};
     double f[3][2] = {{s[0], -cam->offset}, {s[1], 0}, {s[2], 0}}, c[3][2], turned[3][2];
@@ -201,13 +186,11 @@ static curve_place place_at(const kmp_cam *cam, double part)
             r[d] = kmp_table_value(cam->table, d, cam->table->x[0] + within_turn(angle - cam->table->x[0]));
         else
             r[d] = (d == 0 ? cam->base : 0) + (d == 1 ? -1 : 1) * kmp_cam_lift(cam, d, -angle);
-    if (kmp_cam_is_beside(cam))
-        return beside_place(cam, angle, r);
-    return cam->parts && cam->form == KMP_FOLLOWER_FLAT ? support_place(angle, r) : polar_place(angle, r);
+    const bool flat = cam->parts && cam->form == KMP_FOLLOWER_FLAT;
+    return flat ? support_place(angle, r) : turned_place(cam, angle, r);
 }
 
-/* The distance of the profile inside the base curve. */
-static double inset_of(const kmp_cam *cam)
+double kmp_cam_inset(const kmp_cam *cam)
 {
     return cam->parts && cam->form == KMP_FOLLOWER_ROLLER ? cam->radius : 0;
 }
@@ -223,7 +206,7 @@ void kmp_outline_place(const kmp_outline *outline, int k, int count, double plac
     }
     const curve_place at = place_at(cam, (double)k / count);
     for (int i = 0; i < 2; i++)
-        place[i] = at.c[i] - inset_of(cam) * at.n[i];
+        place[i] = at.c[i] - kmp_cam_inset(cam) * at.n[i];
 }
 
 /* -- paths -------------------------------------------------------------------------------------------------- */
@@ -238,7 +221,7 @@ bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower)
 static void path_place(const kmp_cam *cam, const kmp_cam_follower *follower, double part, double *angle, double *size)
 {
     const curve_place at = place_at(cam, part);
-    const double d = follower->radius - inset_of(cam);
+    const double d = follower->radius - kmp_cam_inset(cam);
     if (follower->form == KMP_FOLLOWER_FLAT) {
         *angle = atan2(at.n[1], at.n[0]);
         *size = at.c[0] * at.n[0] + at.c[1] * at.n[1] + d;
@@ -257,7 +240,7 @@ static double near_to(double angle, double other)
 
 kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower)
 {
-    const double inset = inset_of(cam), d = follower->radius - inset;
+    const double inset = kmp_cam_inset(cam), d = follower->radius - inset;
     double before = 0, angle, size;
     for (int k = 0; k <= PLACES; k++) {
         const curve_place at = place_at(cam, (double)k / PLACES);
@@ -283,7 +266,7 @@ bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place)
     *place = (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
     for (int k = 0; k < PLACES; k++) {
         const curve_place at = place_at(cam, (double)k / PLACES);
-        const double curvature = at.k / (1 - inset_of(cam) * at.k);
+        const double curvature = at.k / (1 - kmp_cam_inset(cam) * at.k);
         if (curvature < place->curvature)
             *place = (kmp_cam_check){KMP_CAM_HOLLOW, within_turn(atan2(at.c[1], at.c[0])), curvature};
     }
@@ -313,23 +296,34 @@ static double part_behind(const kmp_cam *cam, const kmp_cam_follower *follower)
     return low;
 }
 
-kmp_table *kmp_cam_path(const kmp_cam *cam, const kmp_cam_follower *follower)
+kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower)
 {
-    double *x = KMP_NEW(double, 2 * (PLACES + 1)), angle;
+    double *x = KMP_NEW(double, 2 * (PLACES + 1)), size;
     if (!x)
         return NULL;
-    double *y = x + PLACES + 1;
-    const double begin = part_behind(cam, follower);
+    double *u = x + PLACES + 1;
+    const kmp_table *length = cam->place[0];
+    const double begin = part_behind(cam, follower), first = length ? length->x[0] : 0,
+                 whole = length ? length->x[length->count - 1] - first : KMP_TURN;
     bool good = true;
     for (int k = 0; k <= PLACES; k++) {
-        path_place(cam, follower, begin + (double)k / PLACES, &angle, &y[k]);
-        x[k] = k == 0 ? -PI : k == PLACES ? PI : near_to(angle, x[k - 1]);
+        const double part = begin + (double)k / PLACES;
+        path_place(cam, follower, part, &x[k], &size);
+        x[k] = k == 0 ? -PI : k == PLACES ? PI : near_to(x[k], x[k - 1]);
+        u[k] = first + part * whole;
         good = good && (k == 0 || x[k] > x[k - 1]);
     }
-    y[PLACES] = y[0];
-    kmp_table *made = good ? kmp_table_new(KMP_TABLE_PERIODIC, PLACES + 1, x, y) : NULL;
+    kmp_table *made = good ? kmp_table_new(KMP_TABLE_CUBIC, PLACES + 1, x, u) : NULL;
     kmp_free(x);
     return made;
+}
+
+void kmp_cam_path_place(const kmp_cam *cam, const kmp_cam_follower *follower, int k, int count, double place[2])
+{
+    double angle, size;
+    path_place(cam, follower, (double)k / count, &angle, &size);
+    place[0] = size * cos(angle);
+    place[1] = size * sin(angle);
 }
 
 bool kmp_outline_is_smooth(const kmp_outline *outline)

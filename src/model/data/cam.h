@@ -54,9 +54,6 @@ typedef struct kmp_cam {
     double arm, pivot; /* of a lever: its length with the sign of its side, and the place of its bearing; 0: none */
 } kmp_cam;
 
-/** True for a roller or an edge with an offset, or on a lever. */
-bool kmp_cam_is_beside(const kmp_cam *cam);
-
 /** Frees what is not in the arena of the model; of NULL nothing. */
 void kmp_cam_free(kmp_cam *cam);
 
@@ -97,10 +94,16 @@ kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *fol
 /** The place at which the profile is hollow with the least radius; false: it is convex all round. */
 bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place);
 
-/** The distance of a roller's centre or an edge from the centre over the polar angle from -pi to pi; of a flat face its
- * distance over the angle of its normal. A periodic spline through many places, which the caller frees. NULL: no
- * memory, or a fault. */
-kmp_table *kmp_cam_path(const kmp_cam *cam, const kmp_cam_follower *follower);
+/** The distance of the profile inside the curve that a law describes: the radius of the law's own roller. */
+double kmp_cam_inset(const kmp_cam *cam);
+
+/** The parameter of the base curve - the length of places, else an angle in rad - over the polar angle of a roller's
+ * centre or an edge, or over the angle of the normal of a flat face, from -pi to pi. A spline through many places,
+ * which the caller frees: the error is below 1e-4 of a turn. NULL: no memory, or a fault. */
+kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower);
+
+/** The path of a roller's centre or an edge at its k-th of `count` places, counter-clockwise. */
+void kmp_cam_path_place(const kmp_cam *cam, const kmp_cam_follower *follower, int k, int count, double place[2]);
 
 /** The profile of a cam or a circle at its k-th of `count` places, counter-clockwise. */
 void kmp_outline_place(const struct kmp_outline *outline, int k, int count, double place[2]);

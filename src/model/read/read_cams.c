@@ -216,7 +216,8 @@ static bool find_base(kmp_reader *r, const kmp_yaml *node, const char *what, dou
                                    cam->offset, radius);
         cam->base = sqrt(radius * radius - cam->offset * cam->offset);
     }
-    const double least = kmp_cam_is_beside(cam) ? 0 : cam->radius, most = cam->arm != 0 ? KMP_TURN / 2 : INFINITY;
+    const double least = cam->arm != 0 || cam->offset != 0 ? 0 : cam->radius;
+    const double most = cam->arm != 0 ? KMP_TURN / 2 : INFINITY;
     for (int k = 0; k < cam->part_count; k++) {
         const double at = cam->base + kmp_cam_lift(cam, 0, cam->parts[k].from);
         if (!(at > least && at < most))

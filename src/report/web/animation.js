@@ -258,6 +258,14 @@ function beginStage(picture, ask) {
         draw();
     }
 
+    /* Shows a time, and does not go on. */
+    function seek(time) {
+        play(false);
+        t = Math.min(Math.max(time - ask.span()[0], 0), length());
+        byId("time").value = String(Math.round((1000 * t) / (length() || 1)));
+        draw();
+    }
+
     listenToOrbit(canvas, orbit, draw);
     listenToNames(canvas, label, () => shown);
     byId("play").addEventListener("click", () => play(!playing));
@@ -276,6 +284,7 @@ function beginStage(picture, ask) {
     tellNames(picture.bodies, hidden, renew);
     /*FLEXIBLE*/ beginDeformation(m, view.rebuild, draw);
     byId("play").parentElement.hidden = !(length() > 0);
+    beginViews(canvas, gauge, { orbit, draw, length, seconds: ask.seconds, show: (time) => seek(ask.span()[0] + time) });
     canvas.dataset.frames = picture.frames.count;
     canvas.dataset.bodies = picture.bodies.length;
     canvas.dataset.view = view.kind;
@@ -289,13 +298,7 @@ function beginStage(picture, ask) {
             view.rebuild();
             renew();
         },
-        /* Shows a time, and does not go on. */
-        seek(time) {
-            play(false);
-            t = Math.min(Math.max(time - ask.span()[0], 0), length());
-            byId("time").value = String(Math.round((1000 * t) / (length() || 1)));
-            draw();
-        },
+        seek,
         /* Another span: from its beginning. */
         restart() {
             t = 0;
