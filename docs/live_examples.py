@@ -22,7 +22,7 @@ import gallery
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PARTS = ROOT / "docs/live_pages"
-SCENE = "phrases plots solids shapes scene_canvas scene_flexible animation".split()  # of report pages
+SCENE = "phrases plots solids shapes scene_canvas scene_flexible stage_views animation".split()  # of report pages
 MOST_SLIDERS = 8
 MOST_BYTES = 200_000  # of the files of a model
 LONG = "the whole run takes longer than a page should"
@@ -50,6 +50,7 @@ PAGE = """<!doctype html>
 <section id="stage" aria-label="Mechanism">
 <div class="view">{still}<div id="moving" hidden><canvas id="view" tabindex="0" role="img" aria-label="the moving mechanism; arrow keys turn it, the space bar plays and pauses"></canvas></div></div>
 <div class="times"><button id="play" type="button">Play</button><input id="time" type="range" min="0" max="1000" step="any" value="0" aria-label="time"><output id="clock"></output></div>
+<div id="views"></div>
 <div id="names"></div>
 <p id="stage-note" hidden></p>
 </section>

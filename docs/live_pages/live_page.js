@@ -137,9 +137,10 @@
         scene = makeMechanism(picture);
         view = canvasView(canvas, scene);
         if (String(scene.home.yaw) !== looks) Object.assign(orbit, scene.home, { home: scene.home, zoom: 1 });
-        looks = String(scene.home.yaw);
         for (const b of [...hidden]) if (b >= picture.bodies.length) hidden.delete(b);
         renewNames();
+        if (looks === "") beginViews(canvas, gauge, { orbit, draw: drawScene, length: () => span()[1] - span()[0], seconds: () => secondsOf(span()[1] - span()[0]), show: (time) => { play(false); goTo(span()[0] + time); } });
+        looks = String(scene.home.yaw);
         byId("still").hidden = true;
         byId("moving").hidden = false;
         canvas.dataset.bodies = picture.bodies.length;
