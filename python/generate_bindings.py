@@ -25,7 +25,7 @@ import api  # noqa: E402  reads headers for the pages of docs/api
 STANDALONE = {"runtime"}  # for generated C code, which runs without the library
 # Computations that a user may want to end: they run with a handler for SIGINT.
 GUARDED = re.compile(
-    r"kempe_(?!model_new|values_new|outputs_new|workspace_new)\w+_(new|new_with|run|run_range|run_rows|run_folder|history|step|advance|read|read_set|read_text|read_text_set)$|kempe_simulate$|kempe_flow_at$|kempe_\w+_(write_report|set_state|set_parameters)$|kempe_folder_(check|write|write_history)$"
+    r"kempe_(?!model_new|values_new|outputs_new|workspace_new)\w+_(new|new_with|run|run_range|run_rows|run_folder|history|step|advance|read|read_set|read_text|read_text_set)$|kempe_simulate$|kempe_flow_at$|kempe_\w+_(write_report|write_report_against|set_state|set_parameters)$|kempe_folder_(check|write|write_history)$"
 )
 CALLBACKS = """
 extern "Python" int python_force(void *user, double t, const double *q, const double *qd, double *effort);

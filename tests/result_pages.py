@@ -635,6 +635,21 @@ class Simulations(Case):
         self.assertGreater(after, 1.6 * before)
         self.assertGreater(part, 0.99)
 
+    def test_an_earlier_run(self):
+        """The curves of --against are dotted behind those of the run, with the numbers of its file, in the units of the page."""
+        model, table = "examples/four_bar/four_bar.yaml", str(self.folder / "earlier.csv")
+        kempe("simulate", ROOT / model, "--t-end", "0.5", "--set", "crank_mass=2", "-o", table)
+        _, data = self.open(self.make("simulate", model, "--t-end", "1", "--against", table, "--angle-unit", "deg"))
+        told, _ = self.run_script("""const set = Object.values(plots).flatMap((plot) => plot.data.datasets).find((set) => set.borderDash && set.column && set.column.name.startsWith("q.rocker of"));
+            return [set.column.name, set.data.map(({ x, y }) => [x, y])];""")
+        with open(table) as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(told[0], f"q.rocker of {table}")
+        self.assertEqual(len(told[1]), len(rows))
+        for (t, q), row in zip(told[1], rows):
+            self.assertAlmostEqual(t, float(row["t"]), delta=1e-6)
+            self.assertAlmostEqual(q, math.degrees(float(row["q.rocker"])), delta=1e-4)
+
     def test_video(self):
         """The button gives a file of the recording, which a second click ends."""
         self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))

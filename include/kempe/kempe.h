@@ -351,6 +351,12 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
  * KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
+/** The same page, with dotted curves of an earlier run behind the curves of this one: columns of `earlier` over its
+ * column t that have names of this run's outputs (kempe_trajectory_table, kempe_table_read). KEMPE_E_ARGUMENT: it has
+ * no t, or no such column. */
+KEMPE_API kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory,
+                                                             const kempe_table *earlier, const char *path);
+
 /** Writes the moving mechanism. `path` ends with .glb: one binary file of glTF 2.0, a node for each body with its
  * shape, and an animation by the rows of the run; m, y up, against gravity. It ends with .json: the data of the picture
  * of a result page, in SI: drawn parts of each body, poses by the rows of the run. KEMPE_E_ARGUMENT: another ending, or

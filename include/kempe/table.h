@@ -54,6 +54,11 @@ KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format 
  */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
+/** Reads a CSV file: a header with the names of the columns, then rows of numbers; empty fields are unknown (NaN). A
+ * unit follows its name, "q.crank [deg]"; without one a column is in SI. The name of the table is the path.
+ * KEMPE_E_INPUT: errors as file:line:column. KEMPE_E_IO: the file cannot be read. */
+KEMPE_API kempe_status kempe_table_read(kempe_context *context, const char *path, kempe_table **table);
+
 /** Columns of a CSV file of this table are named with their units: "q.crank [rad]". Without this call only those
  * columns are that are not in SI: "q.crank [deg]". */
 KEMPE_API void kempe_table_name_units(kempe_table *table);

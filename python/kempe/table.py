@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
 from .arrays import view
-from .context import NULL, Fixed, string, text_written
+from .context import NULL, Context, Fixed, string, text_written
 from .display import picture, table_html
 from .errors import ArgumentError
 from .lazy import np
@@ -161,6 +161,15 @@ class Table(Columns, Fixed):
 
     def __str__(self) -> str:
         return self._context.text(lib.kempe_table_print, self._pointer, lib.KEMPE_TEXT)
+
+    @staticmethod
+    def read(path: str | os.PathLike[str]) -> Table:
+        """A CSV file of numbers under a header of names. A unit follows its name, `q.crank [deg]`; without one a column is in SI. Empty
+        fields are NaN.
+
+        Raises InputError if the file cannot be read, or has errors, which are named by line and column."""
+        context = Context()
+        return context.make(Table, lib.kempe_table_read, context.pointer, path_of(path), long=False)
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file in the format of its ending: .csv, .json, .parquet, .npz, .mat.

@@ -45,6 +45,21 @@ class Trajectory(Judged, Reported):
     def __len__(self) -> int:
         return int(lib.kempe_trajectory_row_count(self._pointer))
 
+    def write_report(self, path: str | os.PathLike[str], against: Table | None = None) -> None:
+        """Writes the page as one file of HTML. `against`: a table of an earlier run, `run.rows` or `Table.read`, whose
+        dotted curves are behind the curves of this one.
+
+        Raises FileError if the file cannot be written. Raises ArgumentError if the run was read from it, or if `against` has no column t or
+        no column of an output of this run. Raises TypeError if it is not a table."""
+        if against is None:
+            return super().write_report(path)
+        if not isinstance(against, Table):
+            raise TypeError(f"against: a Table is needed, not {type(against).__name__}")
+        status, message = self._context.guarded(
+            lib.guarded_kempe_trajectory_write_report_against, self._pointer, against._pointer, path_of(path)
+        )
+        return self._context.refuse(status, message)
+
     def write_animation(self, path: str | os.PathLike[str]) -> None:
         """Writes the moving mechanism: `.glb`, a binary file of glTF 2.0 for Blender and other programs, m, y up; `.json`, the data of the picture.
 

@@ -258,6 +258,18 @@ def test_table(four_bar, tmp_path):
     )
     assert np.array_equal(rows["q.crank"], run.q[:, 0]) and np.array_equal(rows["q(crank)"], run.q[:, 0])
     assert rows.row(1)["t"] == run.t[1] and rows["t"] is rows["t"]
+    rows.write(tmp_path / "rows.csv")
+    earlier = kempe.Table.read(tmp_path / "rows.csv")
+    assert list(earlier) == list(rows) and np.array_equal(earlier["qd.crank"], rows["qd.crank"])
+    run.write_report(tmp_path / "both.html", against=earlier)
+    assert "rows.csv" in (tmp_path / "both.html").read_text()
+    with pytest.raises(kempe.ArgumentError, match="has no column of an output"):
+        run.write_report(tmp_path / "both.html", against=four_bar.system().check().coordinates)
+    with pytest.raises(TypeError):
+        run.write_report(tmp_path / "both.html", against=run)
+    (tmp_path / "bad.csv").write_text("t,q.crank\n0,one\n")
+    with pytest.raises(kempe.InputError, match="bad.csv:2:3: this is not a number"):
+        kempe.Table.read(tmp_path / "bad.csv")
     rows.write(tmp_path / "rows.npz")
     with np.load(tmp_path / "rows.npz") as kept:
         assert np.array_equal(kept["values"][:, list(kept["names"]).index("qd.crank")], run.qd[:, 0])

@@ -282,6 +282,12 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         return KEMPE_E_ARGUMENT;
     }
 #endif
+    if (s->against && !s->report) {
+        cli_complain("--against draws on the page of --report: name that page, too");
+        return KEMPE_E_ARGUMENT;
+    }
+    if (s->against)
+        TRY(kempe_table_read(j->context, s->against, &j->earlier));
     if (!command->gathers || s->report)
         TRY(kempe_model_read_set(j->context, file, s->sets, s->set_count, &j->model));
     if (j->model && s->closure_tolerance >= 0)
@@ -384,6 +390,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
         status = command->study ? cli_run_study(&j, command->study) : command->run(&j);
     interrupted_context = NULL;
     cli_terminal_shows("");
+    kempe_table_free(j.earlier);
     kempe_system_free(j.system);
     kempe_model_free(j.model);
     kempe_model_free(j.base);

@@ -24,6 +24,7 @@ typedef struct cli_job {
     kempe_system *system;
     /* A result folder. Of --from also the model that its instances are made of, and settings with the options of its
      * run. */
+    kempe_table *earlier; /* of --against; NULL: not given */
     kempe_folder *folder;
     kempe_model *base;
     cli_settings own;

@@ -29,7 +29,13 @@ static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajecto
 
 TABLE(kempe_comparison, "runs")
 REPORT_WRITER(kempe_comparison_write_report)
-REPORT_WRITER(kempe_trajectory_write_report)
+#ifdef KEMPE_REPORT
+static kempe_status any_kempe_trajectory_write_report(const cli_job *j, void *result, const char *path)
+{
+    return j->earlier ? kempe_trajectory_write_report_against(result, j->earlier, path)
+                      : kempe_trajectory_write_report(result, path);
+}
+#endif
 ANIMATION_WRITER(kempe_trajectory_write_animation)
 REPORT_WRITER(kempe_assembly_write_report)
 

@@ -397,6 +397,8 @@ static const option options[] = {
     {CLI_FIT, PAGE("the mechanism moving, the data as points on the fitted motion, residuals below")},
     {CLI_OPTIMIZE, PAGE("the mechanism moving at the optimum, its outputs over time, the searches")},
     {CLI_SIMULATE, PAGE("the mechanism moving, time histories of all outputs, accuracy of the run")},
+    {CLI_SIMULATE, IN_OUTPUT, "against", TEXT(against), "FILE",
+     "dotted curves of an earlier run, a CSV file of -o, on the page of --report"},
     {CLI_SIMULATE, IN_OUTPUT, "animation", VALUE(SCENE, animation), "FILE",
      "write the mechanism moving: .glb, glTF for Blender and other programs; .json, the data of the picture"},
     {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},

@@ -62,7 +62,7 @@ enum { CLI_MOST_SETS = 64, CLI_LIST_SIZE = 8192 };
 
 typedef struct cli_settings {
     const char *file;
-    const char *json, *output, *report, *animation;
+    const char *json, *output, *report, *animation, *against;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
     const char *algorithm;

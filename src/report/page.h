@@ -54,6 +54,7 @@ typedef struct kmp_result_page {
 
     kempe_table *table;                /* NULL: no curves */
     const char *x;                     /* the column that curves are over */
+    const kempe_table *earlier;        /* of another run, whose curves are behind; NULL: none */
     bool logarithmic;                  /* over a logarithmic x */
     bool scattered;                    /* rows are points in any order, not a curve */
     bool locked;                       /* rates may grow without bound in the last row: no part of extreme values */

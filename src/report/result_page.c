@@ -109,6 +109,30 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
     }
 }
 
+/* The columns of an earlier run that the table has, too, in its units. */
+static void put_earlier(kmp_json *json, const kmp_result_page *page, double *room)
+{
+    const kempe_table *earlier = page->earlier;
+    const int rows = kempe_table_row_count(earlier), columns = kempe_table_column_count(earlier);
+    const int stride = choose_stride(rows, MOST_NUMBERS / 2 / (page->first_count + 1));
+    kmp_json_put(json, "earlier { name %s columns [", kempe_table_name(earlier));
+    for (int c = 0; c < columns; c++) {
+        const int own = kempe_table_find(page->table, kempe_table_column_name(earlier, c));
+        kmp_unit unit = {.factor = 1, .divisor = 1};
+        if (own < 0 || !kmp_page_is_first(page, own))
+            continue;
+        const char *shown = kempe_table_unit(page->table, own);
+        (void)kmp_unit_read(shown, strlen(shown), &unit);
+        int count = 0;
+        for (int row = 0; row < rows; row += stride)
+            room[count++] = kmp_table_in_si(earlier, row, c) * unit.divisor / unit.factor;
+        kmp_json_put(json, "{ name %s", kempe_table_column_name(earlier, c));
+        kmp_json_floats(json, "values", (size_t)count, room);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] }");
+}
+
 /* Of rows that are all drawn. */
 static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, bool whole)
 {
@@ -126,7 +150,8 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_table *table = page->table;
     int x = table && page->x ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
-    double *room = x >= 0 && rows > 0 ? KMP_NEW(double, rows) : NULL;
+    const int most = page->earlier ? kempe_table_row_count(page->earlier) : 0;
+    double *room = x >= 0 && rows > 0 ? KMP_NEW(double, rows > most ? rows : most) : NULL;
     json->text->failed = json->text->failed || (x >= 0 && rows > 0 && !room);
     if (!room) {
         kmp_json_string(json, "series", NULL);
@@ -144,6 +169,10 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
     kmp_json_put(json, "] columns [");
     put_columns(json, page, x, stride, room);
     kmp_json_put(json, "]");
+    if (page->earlier)
+        put_earlier(json, page, room);
+    else
+        kmp_json_string(json, "earlier", NULL);
     put_joins(json, page, rows, stride.first == 1);
     kmp_json_end(json);
     kmp_free(room);

@@ -633,6 +633,18 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     return KEMPE_OK;
 }
 
+typedef struct beside {
+    const kempe_trajectory *run;
+    const kempe_table *earlier;
+} beside;
+
+static kempe_status fill_beside(kmp_result_page *page, const void *result)
+{
+    const beside *both = result;
+    page->earlier = both->earlier;
+    return fill_simulation(page, both->run);
+}
+
 /* -- the table --------------------------------------------------------------------------------------- */
 
 /* A row for each page: the type of the result and the name of its pointer; its context, and its system, NULL where the
@@ -673,4 +685,25 @@ kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *
     static const kmp_page_kind kind = {"ensemble", "ensemble", &kmp_result_view, fill_gathered};
     KMP_WANTED_BOTH(folder, model);
     return kmp_page_write(&kind, folder->context, NULL, &(gathered){folder, model}, path);
+}
+
+kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory, const kempe_table *earlier,
+                                                   const char *path)
+{
+    static const kmp_page_kind kind = {"simulate", "simulation", &kmp_result_view, fill_beside};
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    kempe_context *context = trajectory->system->context;
+    KMP_WANTED(context, earlier, "earlier");
+    bool shared = false;
+    kempe_table *rows = NULL;
+    KMP_TRY(kempe_trajectory_table(trajectory, "rows", &rows));
+    for (int c = 1; c < kempe_table_column_count(rows) && !shared; c++)
+        shared = kempe_table_find(earlier, kempe_table_column_name(rows, c)) >= 0;
+    kempe_table_free(rows);
+    if (!shared || kempe_table_find(earlier, "t") < 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "the table '%s' has no column %s: nothing can be compared with this run",
+                        kempe_table_name(earlier), shared ? "t" : "of an output that this run has");
+    const beside both = {trajectory, earlier};
+    return kmp_page_write(&kind, context, trajectory->system, &both, path);
 }

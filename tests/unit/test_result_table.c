@@ -74,6 +74,41 @@ static void printed(void)
     kempe_table_free(t);
 }
 
+/* Numbers in the units of their header, in SI; errors have their places. */
+static void read_from_csv(void)
+{
+    static const struct {
+        const char *text, *error;
+    } wrong[] = {{"t,\n0,1\n", ":1:3: column 2 has no name"},
+                 {"t,a\n0,1x\n", ":2:3: this is not a number"},
+                 {"t,a\n0\n", ":2:1: 1 field where the header has 2 columns"},
+                 {"t,a [yards]\n", ":1:1: column 2: unknown unit 'yards'"},
+                 {"# nothing\n", ":2:1: the header line is missing"}};
+    char path[] = "/tmp/kempe_table_XXXXXX.csv";
+    close(mkstemps(path, 4));
+    FILE *file = fopen(path, "w");
+    fputs("# a comment\nt,q.crank [deg],x [mm],F [kN]\n0,180,20,\n0.5,-90,1e3,3\n", file);
+    fclose(file);
+    kempe_table *t = NULL;
+    CHECK(kempe_table_read(context, path, &t) == KEMPE_OK);
+    CHECK(kempe_table_row_count(t) == 2 && kempe_table_column_count(t) == 4 && kempe_table_find(t, "q.crank") == 1);
+    CHECK_NEAR(kempe_table_number(t, 0, 1), 3.14159265358979323846, 1e-16);
+    CHECK_NEAR(kempe_table_number(t, 1, 2), 1, 0);
+    CHECK_NEAR(kempe_table_number(t, 1, 3), 3000, 0);
+    CHECK(isnan(kempe_table_number(t, 0, 3)));
+    CHECK(strcmp(kempe_table_unit(t, 2), "m") == 0 && strcmp(kempe_table_unit(t, 3), "N") == 0);
+    kempe_table_free(t);
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        file = fopen(path, "w");
+        fputs(wrong[k].text, file);
+        fclose(file);
+        CHECK(kempe_table_read(context, path, &t) == KEMPE_E_INPUT && !t);
+        CHECK(strstr(kempe_context_message(context), wrong[k].error) != NULL);
+    }
+    unlink(path);
+    CHECK(kempe_table_read(context, path, &t) == KEMPE_E_IO && !t);
+}
+
 /* Columns in rad and its rates are converted, with their units; all others are not. */
 static void degrees(void)
 {
@@ -225,6 +260,7 @@ int main(void)
     context = kempe_context_new();
     TEST(cells);
     TEST(printed);
+    TEST(read_from_csv);
     TEST(degrees);
     TEST(zipped);
     TEST(drawn);

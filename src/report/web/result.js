@@ -199,6 +199,18 @@ function curveSet(column) {
     return curveOf(pointsOf(column), colour, { column, borderDash: dashes, pointRadius: begin ? ({ dataIndex }) => (dataIndex === 0 ? 3.5 : 0) : 0 });
 }
 
+/* The curve of an earlier run behind that of a column: dotted, in the same colour. Over time alone. */
+const earlier = series && series.earlier ? new Map(series.earlier.columns.map(({ name, values }) => [name, floatsOf(values)])) : null;
+
+function earlierSet(column) {
+    const values = earlier && over === abscissa ? earlier.get(column.name) : null, points = [];
+    if (!values) return [];
+    earlier.get("t").forEach((x, k) => {
+        if (x >= range[0] && x <= range[1]) points.push({ x: Number(x), y: isFinite(values[k]) ? Number(values[k]) : null });
+    });
+    return [curveOf(points, looks.get(column.name).colour, { column: { ...column, name: `${column.name} of ${series.earlier.name}` }, borderDash: [1.5, 3], borderWidth: 2.4 })];
+}
+
 /* The events between steps, at the foot of a plot. */
 function eventSet() {
     const log = data.shown.flatMap((shown) => shown.log);
@@ -245,7 +257,7 @@ function drawFigure({ unit, apart, members: list }, number) {
     const canvas = byId(`plot-${number}`);
     canvas.closest("figure").querySelector("figcaption").replaceWith(captionOf(list));
     canvas.closest("figure").classList.toggle("apart", apart);
-    const sets = list.map(curveSet), scales = { x: acrossAxis(), y: upAxis(list, unit) };
+    const sets = [...list.map(curveSet), ...list.flatMap(earlierSet)], scales = { x: acrossAxis(), y: upAxis(list, unit) };
     if (over === abscissa && data.shown.some((shown) => shown.log.length > 0)) {
         sets.push(eventSet());
         scales.marks = { type: "linear", axis: "y", display: false, min: 0, max: 1 };
@@ -376,7 +388,7 @@ function tellCurves() {
     byId("curves").hidden = !series;
     if (!series) return;
     byId("curves-title").append(abscissa.name === "t" ? "Time histories" : series.scattered ? `Values over ${abscissa.name}` : `Curves over ${abscissa.name}`);
-    byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : ".") + (series.joins ? " Solid lines are stable, dashed ones unstable." : ""));
+    byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : ".") + (series.joins ? " Solid lines are stable, dashed ones unstable." : "") + (earlier ? ` Dotted: ${series.earlier.name}, of the outputs that are drawn at first.` : ""));
     if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
     if (data.locked) notes.push("The last row, where the run stopped, is no part of the extreme values.");
     if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
