@@ -18,7 +18,7 @@ LAYERS = [("src/base, linalg", "memory, files, matrices"), ("src/symbolic", "exp
           ("constraints/kinds", "h of a closure"), ("src/dynamics", "M, C, J, forces, outputs"), ("src/backend", "tape, machine code"),
           ("constraints", "closing, choice of u, v"), ("integrators", "decisions, formulations"), ("src/output", "tables, verdicts")]
 WINGS = [("src/analyses", "KEMPE_ANALYSES"), ("src/rail", "KEMPE_RAIL"), ("src/exchange", "KEMPE_EXCHANGE"), ("src/ensemble", "KEMPE_ENSEMBLE"),
-         ("src/report", "KEMPE_REPORT")]
+         ("src/picture", "KEMPE_PICTURE"), ("src/report", "KEMPE_REPORT")]
 STEP = re.compile(r"^/\* -- (\w+): (\w+), (\S+) -+ \*/$", re.M)
 STOP = re.compile(r"^\d+\. `(\w+)`, `([\w./]+)`", re.M)
 
@@ -55,7 +55,7 @@ def picture():
         out += [box(10 + k * pitch, 160, pitch - 8, 44, "#f4f6ee"), text(10 + k * pitch + (pitch - 8) / 2, 178, name, 9.5, family="monospace"),
                 text(10 + k * pitch + (pitch - 8) / 2, 195, what, 8.5, colour="#667")]
     out.append(text(10, 240, "Wings: options of CMake; they see the core, which sees none of them", 12, "start", "#556"))
-    pitch = 196
+    pitch = 163
     for k, (name, option) in enumerate(WINGS):
         out += [box(10 + k * pitch, 250, pitch - 12, 44, "#f8f0ea"), text(10 + k * pitch + (pitch - 12) / 2, 268, name, 11, family="monospace"),
                 text(10 + k * pitch + (pitch - 12) / 2, 285, option, 9, colour="#667", family="monospace")]

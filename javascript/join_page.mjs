@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kempe_page.js: the interface, the module and its bytes as one script, for pages that are opened as files, where neither modules nor
-// requests work. Used by packaging/build_wasm: node join_page.mjs KEMPE.MJS MODULE.JS MODULE.WASM OUTPUT
+// requests work. Used by packaging/build_wasm: node join_page.mjs KEMPE.MJS MODULE.JS MODULE.WASM[.GZ] OUTPUT
 import { readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 
 const [, , interfaceFile, scriptFile, wasmFile, output] = process.argv;
 const [shared] = readFileSync(interfaceFile, "utf8").split("/* -- parts ---");
-const packed = gzipSync(readFileSync(wasmFile), { level: 9 }).toString("base64");
+const packed = (wasmFile.endsWith(".gz") ? readFileSync(wasmFile) : gzipSync(readFileSync(wasmFile), { level: 9 })).toString("base64");
 const script = JSON.stringify(readFileSync(scriptFile, "utf8")).replaceAll("</", "<\\/");
 
 writeFileSync(output, `// SPDX-License-Identifier: BSD-3-Clause

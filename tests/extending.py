@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-WINGS = "-DKEMPE_ANALYSES=OFF -DKEMPE_RAIL=OFF -DKEMPE_ROAD=OFF -DKEMPE_ENSEMBLE=OFF -DKEMPE_REPORT=OFF -DKEMPE_LANGUAGE_SERVER=OFF -DKEMPE_WORKBENCH=OFF"
+WINGS = "-DKEMPE_ANALYSES=OFF -DKEMPE_RAIL=OFF -DKEMPE_ROAD=OFF -DKEMPE_ENSEMBLE=OFF -DKEMPE_PICTURE=OFF -DKEMPE_REPORT=OFF -DKEMPE_LANGUAGE_SERVER=OFF -DKEMPE_WORKBENCH=OFF"
 STEP = re.compile(r"^`([^`]+)`, (a new file|one row more):\n\n((?:    .*\n|\n)+)", re.MULTILINE)
 PARTS = "CMakeLists.txt LICENSE README.md packaging schema include src constraints integrators third_party docs bench examples tests/packaging".split()
 

@@ -6,6 +6,7 @@ The library trimesh reads a file too, where it is installed.
 
     python3 tests/gltf.py build/dev/kempe [unittest arguments]
 """
+import base64
 import csv
 import importlib.util
 import json
@@ -162,6 +163,31 @@ class Animations(unittest.TestCase):
         for name in ("crank", "coupler", "rocker"):
             for points, triangles, _ in scene.parts(name):
                 self.assertGreater(volume(points, triangles), 0)
+
+    def test_data_of_the_picture(self):
+        """Poses of --animation FILE.json put points of bodies where the table has them, also with a flexible body, which glTF refuses."""
+        points = {"coupler.C": None, "crank.B": [0, 0.3, 0]}
+        text = (ROOT / "examples/four_bar/four_bar.yaml").read_text()
+        self.assertIn("run: {", text)
+        (self.folder / "linkage.yaml").write_text(text.replace("run: {", f"run: {{outputs: [{', '.join(f'position({name})' for name in points)}], "))
+        self.kempe(0, "simulate", "linkage.yaml", "--quiet", "--animation", "motion.json", "-o", "table.csv")
+        picture = json.loads((self.folder / "motion.json").read_text())["picture"]
+        frames, moving = picture["frames"], len(picture["bodies"]) - 1
+        with open(self.folder / "table.csv") as file:
+            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+        self.assertEqual((len(rows), float(rows[-1]["t"])), (frames["count"], frames["t_end"]))
+        place, turn = (struct.unpack(f"<{n * moving * frames['count']}h", base64.b64decode(frames[key])) for key, n in (("position", 3), ("rotation", 4)))
+        names = [body["name"] for body in picture["bodies"]]
+        for name, point in points.items():
+            b = names.index(name.split(".")[0]) - 1
+            point = point or next(mark[:3] for mark in picture["bodies"][b + 1]["points"] if mark[4] == "C")
+            for f in range(0, len(rows), 25):
+                p = [middle + frames["unit"] * x for middle, x in zip(frames["middle"], place[3 * (f * moving + b):])]
+                q = [x / 32767 for x in turn[4 * (f * moving + b):4 * (f * moving + b) + 4]]
+                for axis, got in zip("xyz", (x + y for x, y in zip(p, turned(q, point)))):
+                    self.assertAlmostEqual(got, float(rows[f][f"position.{name}.{axis}"]), delta=2e-4)  # 16 bits of 1.2 m and of a turn
+        self.kempe(0, "simulate", ROOT / "examples/flexible_pendulum/flexible_pendulum.yaml", "--t-end", "0.01", "--quiet", "--animation", "motion.json")
+        self.assertIn("flexible", json.loads((self.folder / "motion.json").read_text())["picture"])
 
     def test_up(self):
         """Against gravity is y of the scene: of z it becomes y."""

@@ -5,6 +5,9 @@
     python3 docs/site/pages.py build/site             the site
     python3 docs/site/pages.py build/site --check     nothing, in half the time: links and equations are checked alike
 
+Live pages are part of it where KEMPE_MODULE (build/wasm/javascript) has what packaging/build_wasm makes; without it the pages have
+their pictures alone.
+
 Exit code 77: a tool is not installed (docs/build_site installs them). Links that lead nowhere are errors.
 """
 import os
@@ -18,6 +21,11 @@ import tempfile
 import notebook_pages
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "docs"))
+
+import live_examples  # noqa: E402
+
+MODULE = pathlib.Path(os.environ.get("KEMPE_MODULE", ROOT / "build/wasm/javascript"))
 SITE = ROOT / "docs/site"
 LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
 KATEX = pathlib.Path("/usr/share/javascript/katex")
@@ -69,6 +77,21 @@ def children(page):
     return [("", (folder / name).relative_to(ROOT).as_posix()) for name in dict.fromkeys(below) if (folder / name).exists()]
 
 
+def with_live_pages(page, text):
+    """Links to live pages, below the pictures of examples, in the gallery and in the tutorial."""
+    def link(name, words):
+        return f'\n<p class="live"><a href="{os.path.relpath(ROOT / f"live/{name}.html", page.parent)}">{words}</a></p>\n'
+    live = live_examples.live_examples()
+    if page.name == "README.md" and page.parent.parent == ROOT / "examples" and page.parent.name in live:
+        return re.sub(r"(^!\[.*\n)", lambda m: m.group() + link(page.parent.name, "Live page: move it, change it"), text, count=1, flags=re.M)
+    if page == ROOT / "docs/gallery.md":
+        return re.sub(r"^\[Features\]\(\.\./examples/(\w+)/README\.md\): .*\n", lambda m: m.group() + (link(m.group(1), "Live page") if m.group(1) in live else ""), text, flags=re.M)
+    if page == ROOT / "docs/tutorial.md":
+        text = re.sub(r"(^!\[.*\n)", lambda m: m.group() + link("tutorial_four_bar", "Live page: this linkage with its model"), text, count=1, flags=re.M)
+        return re.sub(r"`(\w+)\.yaml`:\n\n```yaml\n.*?```\n", lambda m: m.group() + link(f"tutorial_{m.group(1)}", "Live page of this model"), text, flags=re.S)
+    return text
+
+
 def linked_files(page, text):
     prose = re.sub(r"`[^`]*`", "", re.sub(r"^    .*$", "", text, flags=re.M))
     return [path for path in ((page.parent / target).resolve() for _, target, _ in LINK.findall(prose)) if path.exists()]
@@ -94,6 +117,8 @@ def stage(folder):
         text = notebook_pages.markdown(page, place) if page.suffix == ".ipynb" else page.read_text()
         if page == ROOT / "README.md":
             text = front(text)
+        if (MODULE / "kempe_page.js").exists():
+            text = with_live_pages(page, text)
         for path in linked_files(page, text):
             if path.is_file() and path.suffix not in (".md", ".ipynb"):
                 copy = folder / path.relative_to(ROOT)
@@ -129,6 +154,8 @@ def main(arguments):
     with tempfile.TemporaryDirectory() as folder:
         stage(pathlib.Path(folder))
         status = sphinx(folder, out, check)
+    if status == 0 and not check and (MODULE / "kempe_page.js").exists():
+        print(f"{len(live_examples.write(MODULE, out / 'live', to_docs=True))} live pages")
     if status == 0 and not check:
         print(f"{out}/index.html")
     return status

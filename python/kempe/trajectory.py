@@ -61,10 +61,10 @@ class Trajectory(Judged, Reported):
         return self._context.refuse(status, message)
 
     def write_animation(self, path: str | os.PathLike[str]) -> None:
-        """Writes the moving mechanism as a binary file of glTF 2.0, `.glb`, for Blender and other programs; m, y up.
+        """Writes the moving mechanism: `.glb`, a binary file of glTF 2.0 for Blender and other programs, m, y up; `.json`, the data of the picture.
 
-        Raises ArgumentError if the path ends otherwise, the model has flexible bodies, or the run was read from the file. Raises FailedError if the
-        run has no rows. Raises FileError if the file cannot be written."""
+        Raises ArgumentError if the path ends otherwise, if it ends with `.glb` and the model has flexible bodies, or if the run was read from
+        the file. Raises FailedError if the run has no rows. Raises FileError if the file cannot be written."""
         self._context.check(lib.kempe_trajectory_write_animation, self._pointer, path_of(path))
 
     @property

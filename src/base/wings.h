@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wings: parts of the library that a build may leave out, by the options KEMPE_RAIL, KEMPE_ROAD, KEMPE_EXCHANGE,
- * KEMPE_ANALYSES, KEMPE_ENSEMBLE, KEMPE_REPORT and KEMPE_LANGUAGE_SERVER of CMake. The core never names a wing. At each
- * place that a wing may add to, the core runs through kmp_wings: the rows of the wings of this build, which CMake lists
- * in wings.c. */
+ * KEMPE_ANALYSES, KEMPE_ENSEMBLE, KEMPE_PICTURE, KEMPE_REPORT and KEMPE_LANGUAGE_SERVER of CMake. The core never names
+ * a wing. At each place that a wing may add to, the core runs through kmp_wings: the rows of the wings of this build,
+ * which CMake lists in wings.c. */
 #pragma once
 
 #include <stdbool.h>

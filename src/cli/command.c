@@ -194,9 +194,9 @@ static kempe_status write_files(const cli_job *j, const cli_study *study, void *
         status = note_file(j, status, write_table(j, study, result, false), s->output);
     if (study->table && s->plot)
         status = note_file(j, status, write_table(j, study, result, true), s->plot);
-    for (int k = 0; k < CLI_MOST_FILES && study->files[k].write; k++) {
+    for (int k = 0; k < CLI_MOST_FILES; k++) { /* in builds without a wing some have no function */
         const char *const *path = (const void *)((const char *)s + study->files[k].path);
-        if (*path)
+        if (study->files[k].write && *path)
             status = note_file(j, status, study->files[k].write(j, result, *path), *path);
     }
     return status;
@@ -220,7 +220,13 @@ kempe_status cli_check_report(void)
 kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 {
     void *result = NULL;
-    kempe_status status = j->settings->report || j->settings->animation ? cli_check_report() : KEMPE_OK;
+    kempe_status status = j->settings->report ? cli_check_report() : KEMPE_OK;
+#ifndef KEMPE_PICTURE
+    if (status == KEMPE_OK && j->settings->animation) {
+        cli_lacks_wing("PICTURE");
+        status = KEMPE_E_ARGUMENT;
+    }
+#endif
     if (status == KEMPE_OK)
         status = study->compute(j, &result);
     cli_report_failure(j, status, result != NULL);

@@ -36,7 +36,7 @@ static kempe_status any_kempe_trajectory_write_report(const cli_job *j, void *re
                       : kempe_trajectory_write_report(result, path);
 }
 #endif
-REPORT_WRITER(kempe_trajectory_write_animation)
+ANIMATION_WRITER(kempe_trajectory_write_animation)
 REPORT_WRITER(kempe_assembly_write_report)
 
 /* With the running safety of vehicles. */

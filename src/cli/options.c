@@ -48,7 +48,7 @@ static const struct {
                          [OPTION_ARRAYS] = {.ending = ".npz, .mat"},
                          [OPTION_PICTURE] = {.ending = ".svg, .png"},
                          [OPTION_PAGE] = {.ending = ".html, .htm"},
-                         [OPTION_SCENE] = {.ending = ".glb"},
+                         [OPTION_SCENE] = {.ending = ".glb, .json"},
                          [OPTION_UNIT] = {.ending = ".fmu"},
                          [OPTION_MODES] = {.ending = ".npz"}};
 
@@ -400,7 +400,7 @@ static const option options[] = {
     {CLI_SIMULATE, IN_OUTPUT, "against", TEXT(against), "FILE",
      "dotted curves of an earlier run, a CSV file of -o, on the page of --report"},
     {CLI_SIMULATE, IN_OUTPUT, "animation", VALUE(SCENE, animation), "FILE",
-     "write the mechanism moving, as glTF for Blender and other programs: .glb"},
+     "write the mechanism moving: .glb, glTF for Blender and other programs; .json, the data of the picture"},
     {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},
     {CLI_CONTACT, DRAWING("the contact positions, creepages and forces")},
     {CLI_LINEARIZE, IN_OUTPUT, "output", VALUE(ARRAYS, output), "FILE",

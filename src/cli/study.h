@@ -53,16 +53,12 @@
         return type##_table(object, name, table);                                                                      \
     }
 
-/* Files that `--report` and `--animation` ask for: none in a build without pages, where cli_run_study refuses the
- * options. */
+/* Files that `--report` and `--animation` ask for: none in a build without the wing, where cli_run_study refuses the
+ * option. */
 #ifdef KEMPE_REPORT
 #define REPORT(function)                                                                                               \
     {                                                                                                                  \
         AT(report), any_##function                                                                                     \
-    }
-#define ANIMATION(function)                                                                                            \
-    {                                                                                                                  \
-        AT(animation), any_##function                                                                                  \
     }
 #define REPORT_WRITER WRITER
 #else
@@ -70,8 +66,20 @@
     {                                                                                                                  \
         0, NULL                                                                                                        \
     }
-#define ANIMATION REPORT
 #define REPORT_WRITER(function)
+#endif
+#ifdef KEMPE_PICTURE
+#define ANIMATION(function)                                                                                            \
+    {                                                                                                                  \
+        AT(animation), any_##function                                                                                  \
+    }
+#define ANIMATION_WRITER WRITER
+#else
+#define ANIMATION(function)                                                                                            \
+    {                                                                                                                  \
+        0, NULL                                                                                                        \
+    }
+#define ANIMATION_WRITER(function)
 #endif
 
 /* The studies, by the file that has them. Studies of a wing of the library are in builds with that wing. */

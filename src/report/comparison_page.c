@@ -2,7 +2,7 @@
 /* The page of a comparison: its results, and runs made once more with monitoring. */
 #include "report/comparison_page.h"
 #include "model/data/model.h"
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include "studies/compare/compare_print.h"
 #include "studies/compare/compare_study.h"
 #include <math.h>
@@ -80,7 +80,7 @@ static kempe_status record_picture(const kempe_comparison *c, kmp_result_page *p
         return kmp_record_start(c->system, &page->start);
     const kmp_record *shown = &page->records[0];
     const kmp_samples *row = page->frames = &shown->row;
-    double t_end = kmp_motion_picture_end(c->system->model, shown);
+    double t_end = kmp_motion_picture_end(c->system->model, &shown->row);
     if (row->rows == 0 || !(t_end < kmp_samples_time(row, row->rows - 1)) || kmp_interrupted(page->context))
         return KEMPE_OK;
     kempe_status status = kmp_record_make(c, shown->run, t_end, &page->start);

@@ -6,7 +6,7 @@
 #include "constraints/evaluation/charts.h"
 #include "model/data/model.h"
 #include "output/print.h"
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include <math.h>
 
 /* Frames of a period, the last one equal to the first; the drawn amplitude of a shape, and the most halvings of it

@@ -8,7 +8,7 @@
 #include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include <string.h>
 
 /* -- the file ---------------------------------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/json.h"
-#include "report/picture_forces.h"
+#include "picture/picture_forces.h"
 #include "report/step_record.h"
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>

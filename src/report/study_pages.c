@@ -22,10 +22,10 @@
 #include "model/data/signal.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "picture/motion_picture.h"
 #include "pipeline.h"
 #include "report/comparison_page.h"
 #include "report/modes_page.h"
-#include "report/motion_picture.h"
 #include "report/result_page.h"
 #include "report/vehicle_drawing.h"
 #include "studies/simulate/observed.h"
@@ -470,7 +470,7 @@ static kempe_status record_run(const kempe_trajectory *t, kmp_record *record)
     const kmp_samples *row = &record->row;
     if (row->rows == 0)
         return KEMPE_OK;
-    double followed = kmp_motion_picture_end(model, record);
+    double followed = kmp_motion_picture_end(model, row);
     double last = kmp_samples_time(row, row->rows - 1);
     double span = t->spec.t_end - t->spec.t_start, lasted = last - t->spec.t_start;
     double early = row->rows < FEWEST_ROWS && lasted > 0 ? ceil(span / lasted) : 1;

@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "fuzz.h"
 #include "model/data/mesh.h"
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 #include "loaded.h"
 #include "model/data/mesh.h"
 #include "model/data/model.h"
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include <stdlib.h>
 
 static const double pi = 3.14159265358979323846;

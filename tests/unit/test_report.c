@@ -12,10 +12,10 @@
 #include "model/data/pose.h"
 #include "model/data/variant.h"
 #include "output/plot.h"
+#include "picture/drawing.h"
+#include "picture/motion_picture.h"
 #include "random.h"
 #include "report/comparison_page.h"
-#include "report/drawing.h"
-#include "report/motion_picture.h"
 #include "symbolic/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>
@@ -361,7 +361,7 @@ static double shown_of(const char *points, const char *com)
     kempe_comparison *c = compare(l.system, "1e-5", 1);
     kmp_record r;
     CHECK(kmp_record_make(c, 0, 1, &r) == KEMPE_OK);
-    double end = kmp_motion_picture_end(l.model, &r);
+    double end = kmp_motion_picture_end(l.model, &r.row);
     kmp_record_free(&r);
     kempe_comparison_free(c);
     unload(&l);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. Places of flexible bodies are drawn like
  * bodies, behind these. */
-#include "report/drawing.h"
+#include "picture/drawing.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/text.h"

@@ -2,7 +2,7 @@
 /* Stresses of beams in pictures. */
 #pragma once
 
-#include "report/drawing.h"
+#include "picture/drawing.h"
 
 /** True if the edges of the section of a flexible body are known. */
 bool kmp_drawing_has_edges(const kmp_drawing *drawing, const kempe_model *model, int body);

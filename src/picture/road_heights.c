@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The expression is derived as tyres have it, with a number in place of x each time; the graph gives the value. */
-#include "report/road_heights.h"
+#include "picture/road_heights.h"
 #include "base/arena.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"

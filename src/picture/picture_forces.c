@@ -2,7 +2,7 @@
 /* Forces are 16-bit integers, parts of the largest component, and so are places that move in their bodies. The more
  * arrows there are, the fewer are the instants. Of a contact with outlines the two largest forces have arrows: these
  * are two places, of which each may be of any pair of circle and piece. */
-#include "report/picture_forces.h"
+#include "picture/picture_forces.h"
 #include "analyses/equilibrium/balances.h"
 #include "analyses/inverse/inverse_study.h"
 #include "base/base64.h"

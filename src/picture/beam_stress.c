@@ -2,7 +2,7 @@
 /* Bending follows from the curvature of the shapes at a station, N from the lengthening of the axis between the
  * neighbouring stations: without axial shapes it is zero. Places between stations of the curve have the stress between
  * theirs. */
-#include "report/beam_stress.h"
+#include "picture/beam_stress.h"
 #include "model/data/body.h"
 #include "model/data/flexible.h"
 #include "model/data/model.h"

@@ -4,8 +4,7 @@
 
 #include "base/json.h"
 #include "model/data/mesh.h"
-#include "report/picture_forces.h"
-#include "report/step_record.h"
+#include "picture/picture_forces.h"
 
 /** At most this number of triangles: the mesh itself where it has no more, else one in the arena, which may be open.
  * False: no memory. */
@@ -19,6 +18,6 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
 /** The number of frames that a picture of the model can have without omissions. */
 int kmp_motion_picture_frames(const kempe_model *model);
 
-/** The end time of the picture so that no joint rotates too far between frames; the record's own end when that
- * satisfies the limit. */
-double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record);
+/** The end time of the picture so that no joint rotates too far between frames; the end of the rows when it satisfies
+ * the limit. */
+double kmp_motion_picture_end(const kempe_model *model, const kmp_samples *row);

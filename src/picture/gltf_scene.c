@@ -2,6 +2,7 @@
 /* The moving mechanism of a run as a binary file of glTF 2.0 (Khronos, 2021): a node for each body with its shape, and
  * an animation of all nodes by the rows of the run. Lengths are in metres, y is up: the root turns the ground so that
  * gravity acts against y. Bodies are nodes below the root, with poses in the axes of the ground. */
+#include "picture/gltf_scene.h"
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -10,7 +11,7 @@
 #include "model/data/pose.h"
 #include "model/data/shape.h"
 #include "output/named_arrays.h"
-#include "report/drawing.h"
+#include "picture/drawing.h"
 #include "studies/simulate/trajectory.h"
 #include <float.h>
 #include <kempe/kempe.h>
@@ -634,23 +635,15 @@ static kempe_status write_scene(scene *s, kempe_context *context, const char *pa
     return status;
 }
 
-kempe_status kempe_trajectory_write_animation(const kempe_trajectory *trajectory, const char *path)
+kempe_status kmp_gltf_write(const kempe_trajectory *trajectory, const char *path)
 {
-    KMP_WANTED(NULL, trajectory, "trajectory");
     kempe_context *context = trajectory->system->context;
     const kempe_model *model = trajectory->system->model;
-    KMP_WANTED(context, path, "path");
-    kmp_context_clear(context);
-    if (strcmp(kmp_file_ending(path), ".glb") != 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "cannot write '%s': an animation ends with .glb, a binary file of glTF", path);
     if (model->flexible_count > 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "body '%s' is flexible: an animation of glTF has only rigid bodies; write a report page, which "
                         "shows its deformation",
                         model->bodies[model->flexibles[0].body].name);
-    if (trajectory->table.rows == 0)
-        return kmp_fail(context, KEMPE_E_FAILED, "the run has no rows to show");
     scene s = {.model = model};
     kempe_status status = kmp_drawing_init(&s.drawing, model, model->body_count) && make_frames(&s, &trajectory->table)
                               ? write_scene(&s, context, path)

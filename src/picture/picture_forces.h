@@ -5,7 +5,7 @@
 
 #include "base/json.h"
 #include "output/reactions.h"
-#include "report/drawing.h"
+#include "picture/drawing.h"
 #include <kempe/equilibrium.h>
 #include <kempe/inverse.h>
 

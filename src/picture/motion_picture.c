@@ -3,7 +3,7 @@
  * fewer frames, the largest ones are drawn in part. All meshes of a page share a number of triangles, and larger ones
  * are thinned: their vertices are 16-bit integers within the box of their mesh. Rails are drawn over the range of the
  * wheels, and a little more. */
-#include "report/motion_picture.h"
+#include "picture/motion_picture.h"
 #include "base/arena.h"
 #include "base/base64.h"
 #include "base/memory.h"
@@ -21,9 +21,9 @@
 #include "model/data/wheels.h"
 #include "model/language/expression.h"
 #include "model/write/model_print.h"
-#include "report/beam_stress.h"
-#include "report/drawing.h"
-#include "report/road_heights.h"
+#include "picture/beam_stress.h"
+#include "picture/drawing.h"
+#include "picture/road_heights.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdbool.h>
@@ -263,9 +263,8 @@ static bool is_spin(const kempe_model *model, int k)
            is_on_axis(model, motion->body, motion->axis);
 }
 
-double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record)
+double kmp_motion_picture_end(const kempe_model *model, const kmp_samples *row)
 {
-    const kmp_samples *row = &record->row;
     double most = 0, t_end = row->rows > 0 ? kmp_samples_time(row, row->rows - 1) : 0;
     for (int k = 0; k < model->motion_count; k++) {
         double turn = 0;

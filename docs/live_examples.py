@@ -1,0 +1,235 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes the live pages of the examples and of the tutorial, whose mechanisms are simulated while they are read (docs/live_pages.md).
+
+    python3 docs/live_examples.py build/wasm/javascript build/wasm/live       pages for the module in the first folder
+    python3 docs/live_examples.py --list                                      the examples, and why some have no live page
+    python3 docs/live_examples.py --measure build/wasm/javascript             times of all runs in Node.js
+
+SHORTER and LEFT_OUT say which runs are too long for a page: they were chosen by --measure.
+"""
+import base64
+import html
+import json
+import math
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import gallery
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PARTS = ROOT / "docs/live_pages"
+SCENE = "phrases plots solids shapes scene_canvas scene_flexible stage_views animation".split()  # of report pages
+MOST_SLIDERS = 8
+MOST_BYTES = 200_000  # of the files of a model
+LONG = "the whole run takes longer than a page should"
+
+SHORTER = {"wheelset": 5}  # example: end of its run on the page, s
+LEFT_OUT = {  # example: the reason
+    "flexible_car": "its run takes more than 10 s of processor time",
+    "robot_leg": "its bodies are in a URDF file, and the module of a page reads the model language alone",
+    "tram": "its equations and its run take more than 3 s of processor time",
+}
+
+PAGE = """<!doctype html>
+<!-- SPDX-License-Identifier: BSD-3-Clause -->
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}, live</title>
+<link rel="stylesheet" href="live_page.css">
+</head>
+<body>
+<header><h1>{title}</h1><p>Move the sliders, or edit the model: it is simulated again, in this page. {links}</p></header>
+<main>
+<section id="answer" data-state="begins"><p id="line" role="status">The picture shows the mechanism; it moves where JavaScript and WebAssembly run.</p><ul id="more"></ul><p id="took"></p></section>
+<section id="stage" aria-label="Mechanism">
+<div class="view">{still}<div id="moving" hidden><canvas id="view" tabindex="0" role="img" aria-label="the moving mechanism; arrow keys turn it, the space bar plays and pauses"></canvas></div></div>
+<div class="times"><button id="play" type="button">Play</button><input id="time" type="range" min="0" max="1000" step="any" value="0" aria-label="time"><output id="clock"></output></div>
+<div id="views"></div>
+<div id="names"></div>
+<p id="stage-note" hidden></p>
+</section>
+<section id="sliders" aria-label="Parameters"></section>
+<section id="plots" aria-label="Plots"><div id="curves"></div><button id="add" type="button">Add a plot</button></section>
+<section id="model" aria-label="Model">
+<div class="bar"><h2>Model</h2><select id="file" aria-label="file of the model"></select><button id="reset" type="button" disabled>Reset</button></div>
+<div id="editor"><div id="lines" aria-hidden="true"></div><textarea id="text" spellcheck="false" autocapitalize="off" autocomplete="off" wrap="off" aria-label="text of the model; Control and Enter run it at once" aria-describedby="line">{text}</textarea><div id="over" aria-hidden="true"><div id="marks"></div></div></div>
+</section>
+</main>
+<footer>Computed by Kempe as WebAssembly; nothing leaves this page.</footer>
+<script type="application/json" id="data">{data}</script>
+<script src="kempe_page.js"></script>
+<script src="live_scene.js"></script>
+<script src="live_page.js"></script>
+</body>
+</html>
+"""
+
+
+# -- models ----------------------------------------------------------------------------------------------------
+
+def model_of(name):
+    """The model of an example: that of its name, or the first one of its page."""
+    own = ROOT / f"examples/{name}/{name}.yaml"
+    if own.exists():
+        return own
+    return ROOT / re.search(r"([\w/]+\.yaml)", gallery.command((ROOT / f"examples/{name}/README.md").read_text())).group(1)
+
+
+def parts_of(path, found=None):
+    """The files of a model, itself first, as {path: bytes}: the ones that it names and that are there."""
+    found = {} if found is None else found
+    if path in found:
+        return found
+    found[path] = path.read_bytes()
+    if path.suffix == ".yaml":
+        for word in re.findall(r"[\w./-]+\.(?:yaml|csv|npz|whl|stl|obj|tir|txt|mat|json)\b", re.sub(r"#.*", "", found[path].decode())):
+            part = (path.parent / word).resolve()
+            if part.is_file() and part.is_relative_to(ROOT):
+                parts_of(part, found)
+    return found
+
+
+def example_files(name):
+    """[(name in the page, bytes)] of an example, with paths from the folder that all of them are in."""
+    return [(path.relative_to(ROOT / "examples").as_posix(), content) for path, content in parts_of(model_of(name)).items()]
+
+
+def tutorial_files():
+    """{page: (title, files)} of the tutorial: the model that `kempe new` writes, and those of the page that include it."""
+    lines = re.search(r'^static const char[^=]*=\s*((?:\s*".*"\s*)+);', (ROOT / "src/cli/new.c").read_text(), re.M).group(1)
+    start = "".join(json.loads(f'"{line}"') for line in re.findall(r'"((?:[^"\\]|\\.)*)"', lines))
+    found = {"tutorial_four_bar": ("The four-bar of the tutorial", [("four_bar.yaml", start.encode())])}
+    for name, block in re.findall(r"`(\w+)\.yaml`:\n\n```yaml\n(.*?)```", (ROOT / "docs/tutorial.md").read_text(), re.S):
+        found[f"tutorial_{name}"] = (f"The tutorial's {name}.yaml", [(f"{name}.yaml", block.encode()), ("four_bar.yaml", start.encode())])
+    return found
+
+
+# -- sliders ---------------------------------------------------------------------------------------------------
+
+SECTION = re.compile(r"^parameters:.*?(?=\n[A-Za-z]|\Z)", re.M | re.S)
+NUMBER = re.compile(r"(?:^|[{,\s])([A-Za-z]\w*):[ \t]*(-?[0-9.]+(?:[eE][-+]?[0-9]+)?)[ \t]*([^,}#\n]*)", re.M)
+UNIT = re.compile(r"(%|[A-Za-z][A-Za-z0-9^/* ]*)?$")
+
+
+def sliders(text):
+    """Sliders of the parameters that are numbers, in the unit of the text: from a half to three halves, or a turn for an angle of 0."""
+    section = SECTION.search(text)
+    made = []
+    for name, words, rest in NUMBER.findall(re.sub(r"#.*", "", section.group()) if section else ""):
+        unit, value = rest.strip().strip('"'), float(words)
+        if not UNIT.match(unit) or name in (slider["name"] for slider in made):
+            continue
+        turn = {"deg": 180, "rad": 3.14}.get(unit)
+        low, high = sorted((0.5 * value, 1.5 * value)) if value else (-turn if turn else -1, turn or 1)
+        step = 10.0 ** (math.floor(math.log10(high - low)) - 2)
+        made.append({"name": name, "unit": unit, "from": low, "to": high, "step": step})
+    return made[:MOST_SLIDERS]
+
+
+# -- pages -----------------------------------------------------------------------------------------------------
+
+def data_of(files, end):
+    def entry(name, content):
+        if re.search(r"\.(npz|mat)$", name):
+            return {"name": name, "bytes": base64.b64encode(content).decode()}
+        return {"name": name, "text": content.decode()}
+    live = {"files": [entry(*file) for file in files], "sliders": sliders(files[0][1].decode()), "end": end, "reason": LONG}
+    words = json.dumps({"command": "simulate", "separate": False, "live": live}, ensure_ascii=False)
+    return words.replace("<", "\\u003c")  # nothing in it ends the script
+
+
+def page_of(title, files, still, links, end=None):
+    picture = f'<img id="still" src="{html.escape(still[0])}" alt="{html.escape(still[1])}">' if still else '<div id="still"></div>'
+    return PAGE.format(title=html.escape(title), links=links, still=picture, text=html.escape(files[0][1].decode()), data=data_of(files, end))
+
+
+def example_page(name, to_docs):
+    readme = (ROOT / f"examples/{name}/README.md").read_text()
+    title, = re.match(r"# ([^\n]*)", readme).groups()
+    words, picture = re.search(r"!\[(.*?)\]\((.*?)\)", readme).groups()
+    links = f'<a href="../examples/{name}/README.html">About the example</a>' if to_docs else ""
+    still = f"pictures/{name}{pathlib.Path(picture).suffix}"
+    return page_of(re.sub(r"[*`$]", "", title), example_files(name), (still, words), links, SHORTER.get(name)), still, ROOT / f"examples/{name}/{picture}"
+
+
+def scene():
+    """The scripts of report pages that draw a mechanism; lines for flexible bodies are for pictures that have them."""
+    colours = ", ".join(f"[{light}, {dark}]" for light, dark in re.findall(r'KMP_PLOT_COLOUR\(("#\w+"), ("#\w+")\)', (ROOT / "src/output/plot_colours.def").read_text()))
+    texts = [(ROOT / f"src/report/web/{name}.js").read_text().replace("/*COLOURS*/", colours).replace("/*FLEXIBLE*/ ", "if (isFlexible) ") for name in SCENE]
+    return "// SPDX-License-Identifier: BSD-3-Clause\n// The picture of report pages, made from src/report/web by docs/live_examples.py.\nlet isFlexible = false;\n" + "\n".join(texts)
+
+
+def examples():
+    return [name for _, names in gallery.GROUPS for name in names.split()]
+
+
+def reason_for_none(name):
+    if name in LEFT_OUT:
+        return LEFT_OUT[name]
+    size = sum(len(content) for _, content in example_files(name))
+    return f"its files have {size // 1000} kB" if size > MOST_BYTES else None
+
+
+def live_examples():
+    return [name for name in examples() if not reason_for_none(name)]
+
+
+def write(module, out, to_docs=False):
+    """All pages, with the module and the scripts beside them. Returns their names."""
+    (out / "pictures").mkdir(parents=True, exist_ok=True)
+    for file in ("live_page.js", "live_page.css"):
+        shutil.copyfile(PARTS / file, out / file)
+    shutil.copyfile(module / "kempe_page.js", out / "kempe_page.js")
+    (out / "live_scene.js").write_text(scene())
+    for name in live_examples():
+        text, still, picture = example_page(name, to_docs)
+        (out / f"{name}.html").write_text(text)
+        shutil.copyfile(picture, out / still)
+    shutil.copyfile(ROOT / "docs/four_bar.svg", out / "pictures/tutorial.svg")
+    for name, (title, files) in tutorial_files().items():
+        links = '<a href="../docs/tutorial.html">Tutorial</a>' if to_docs else ""
+        (out / f"{name}.html").write_text(page_of(title, files, ("pictures/tutorial.svg", "the linkage in eight positions"), links))
+    return [*live_examples(), *tutorial_files()]
+
+
+# -- the command -----------------------------------------------------------------------------------------------
+
+def show_list():
+    for name in examples():
+        reason = reason_for_none(name)
+        print(f"{name:24} {f'none: {reason}' if reason else f'live, the first {SHORTER[name]} s' if name in SHORTER else 'live'}")
+    print(f"{len(live_examples())} of {len(examples())} examples are live")
+
+
+def measure(module, names):
+    """Of each example in one process of Node.js: the processor time of a page's first run, and its status or its error."""
+    job = {"module": str((module / "kempe.mjs").resolve()), "runs": [
+        {"name": name, "end": SHORTER.get(name), "files": {file: base64.b64encode(content).decode() for file, content in example_files(name)}} for name in names]}
+    subprocess.run(["node", ROOT / "docs/live_pages/run_times.mjs"], input=json.dumps(job), text=True, check=True)
+
+
+def main(arguments):
+    if arguments[:1] == ["--list"]:
+        show_list()
+    elif arguments[:1] == ["--measure"]:
+        measure(pathlib.Path(arguments[1]), arguments[2:] or examples())
+    elif len(arguments) == 2:
+        module, out = map(pathlib.Path, arguments)
+        if not (module / "kempe_page.js").exists():
+            print(f"{module}/kempe_page.js is not there: packaging/build_wasm makes it")
+            return 77
+        print(f"{out}: {len(write(module, out))} live pages")
+    else:
+        print(__doc__)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,290 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Live pages (docs/live_examples.py) in Chromium, opened from files: the mechanism moves, sliders and keys change the text and the run,
+errors stand at their line with the library's sentence, and no text of a model or a message becomes HTML.
+
+    python3 tests/live_pages.py build/wasm/javascript [unittest arguments]    the test
+    python3 tests/live_pages.py build/wasm/javascript --times                 loading times, and the sizes by gzip -9
+    python3 tests/live_pages.py build/wasm/javascript --all                   every page: does it move, and how long does a run take
+    python3 tests/live_pages.py build/wasm/javascript --pictures FOLDER       screens of three pages
+
+Exit code 77: Chromium or the module (packaging/build_wasm) is not there.
+"""
+import base64
+import gzip
+import json
+import pathlib
+import re
+import statistics
+import sys
+import tempfile
+import time
+import unittest
+
+import browser
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "docs"))
+
+import live_examples  # noqa: E402
+
+SECONDS = 15  # for one thing to happen
+MODULE = None
+SCREENS = [browser.Screen(width, height, dark, plays=True) for width, height in ((1440, 900), (1024, 768), (390, 844)) for dark in (False, True)]
+SHOWN = "four_bar stewart jansen_walker".split()
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+
+class LivePage:
+    """A page in the tab of a browser."""
+
+    chromium = None
+
+    def __init__(self, path, screen=browser.Screen(plays=True)):
+        if LivePage.chromium is None:
+            LivePage.chromium = browser.Chromium()
+        self.browser = LivePage.chromium
+        call = lambda method, **words: self.browser.call(method, self.browser.tab, **words)
+        call("Emulation.setDeviceMetricsOverride", width=screen.width, height=screen.height, deviceScaleFactor=1, mobile=screen.width < 500)
+        call("Emulation.setTouchEmulationEnabled", enabled=screen.width < 500)
+        call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if screen.dark else "light"},
+                                                     {"name": "prefers-reduced-motion", "value": "no-preference" if screen.plays else "reduce"}])
+        self.call, self.browser.events = call, []
+        call("Page.navigate", url=path.as_uri())
+        self.browser.wait("Page.loadEventFired")
+        self.until("document.documentElement.dataset.ready")
+
+    def value(self, expression):
+        return self.browser.value(expression)
+
+    def until(self, expression, seconds=SECONDS):
+        """The value of an expression as soon as it is true."""
+        deadline = time.monotonic() + seconds
+        while not (value := self.value(expression)):
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"not within {seconds} s: {expression}; the page says {self.value('document.getElementById(`answer`)?.innerText')}")
+            time.sleep(0.02)
+        return value
+
+    def type(self, old, new):
+        """Replaces words of the model, as a key does."""
+        self.value(f"""(() => {{ const text = document.getElementById("text");
+            text.value = text.value.replace({json.dumps(old)}, () => {json.dumps(new)});
+            text.dispatchEvent(new Event("input", {{ bubbles: true }})); }})()""")
+
+    def key(self, key, code, **more):
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode={"Enter": 13, " ": 32, "ArrowRight": 39}.get(key, 0), **more)
+
+    def complaints(self):
+        return [line for line in map(browser.complaint, self.browser.events) if line and not browser.HARMLESS.search(line)]
+
+    def screen(self):
+        return base64.b64decode(self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)["data"])
+
+
+RUNS = "Number(document.getElementById('view').dataset.runs ?? 0)"
+STATE = "document.getElementById('answer').dataset.state"
+LINE = "document.getElementById('line').textContent"
+
+
+class Live(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.pages = pathlib.Path(cls.folder.name)
+        cls.names = live_examples.write(MODULE, cls.pages)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def tearDown(self):
+        self.assertEqual(self.page.complaints(), [])
+
+    def open(self, name, screen=browser.Screen(plays=True)):
+        self.page = LivePage(self.pages / f"{name}.html", screen)
+        return self.page
+
+    def test_moves_and_says_whether_to_trust_it(self):
+        page = self.open("four_bar")
+        self.assertEqual(page.until(f"{RUNS} && document.getElementById('view').dataset.bodies"), "4")
+        before = page.value("document.getElementById('clock').textContent")
+        page.until(f"document.getElementById('clock').textContent !== {json.dumps(before)}")
+        self.assertGreater(page.value("ink(document.getElementById('view'))"), 200)
+        self.assertGreater(page.value("ink(document.querySelector('figure canvas'))"), 200)
+        page.until(f"{STATE} === 'complete'")
+        self.assertRegex(page.value(LINE), r"four-bar: complete, 0 to 5 s, .* estimated error \S+ rad")
+
+    def test_slider_changes_text_and_run(self):
+        page = self.open("four_bar")
+        runs, before = page.until(RUNS), page.value("document.getElementById('text').value")
+        page.value("document.querySelector('[data-parameter=crank]').focus()")
+        page.key("ArrowRight", "ArrowRight")
+        page.until(f"{RUNS} > {runs}")
+        self.assertNotIn("{crank: 0.3,", page.value("document.getElementById('text').value"))
+        self.assertEqual(page.value("document.getElementById('text').value").count("\n"), before.count("\n"))
+        page.value("document.getElementById('reset').click()")
+        page.until(f"{RUNS} > {runs + 1}")
+        self.assertEqual(page.value("document.getElementById('text').value"), before)
+
+    def test_error_stands_at_its_line(self):
+        page = self.open("four_bar")
+        page.until(RUNS)
+        wrong = page.value("document.getElementById('text').value").split("\n")
+        line = next(k for k, words in enumerate(wrong, 1) if "mass: crank_mass" in words)
+        page.type("mass: crank_mass", "mass: crank_mas")
+        page.until(f"{STATE} === 'wrong'")
+        self.assertEqual(page.value("document.querySelector('#lines .wrong').textContent"), str(line))
+        sentence = page.value("document.querySelector('#marks .words').textContent")
+        self.assertIn("unknown parameter 'crank_mas'; did you mean 'crank_mass'?", sentence)
+        self.assertIn(f"line {line}: {sentence}", page.value(LINE))
+        page.type("mass: crank_mas", "mass: crank_mass")
+        page.until(f"{STATE}.startsWith('complete')")
+        self.assertIsNone(page.value("document.querySelector('#marks .words')"))
+
+    def test_an_untrusted_result_says_so(self):
+        page = self.open("four_bar")
+        runs = page.until(RUNS)
+        page.type("t_end: 5, rtol: 1e-10, output_step: 10 ms", "t_end: 50, rtol: 1e-2, output_step: 0.1")
+        page.until(f"{RUNS} > {runs}")
+        page.until(f"{STATE} === 'not trustworthy'")
+        self.assertIn("not trustworthy", page.value(LINE))
+        self.assertTrue(page.value("document.getElementById('more').textContent"))
+
+    def test_hostile_text_stays_text(self):
+        page = self.open("four_bar")
+        runs = page.until(RUNS)
+        page.type("name: four-bar", f"name: '{HOSTILE}'")
+        page.until(f"{RUNS} > {runs} && {LINE}.includes('<img')")
+        page.type("mass: crank_mass", f"'{HOSTILE}': 1\n    mass: crank_mass")
+        page.until(f"{STATE} === 'wrong'")
+        self.assertIn("<img", page.value("document.querySelector('#marks .words').textContent"))
+        page.type(f"'{HOSTILE}': 1\n    ", "")
+        page.type("joint: {name: crank,", f"joint: {{name: '<b>c</b>',")
+        page.until(f"{STATE} === 'wrong' || {RUNS} > {runs + 1}")
+        self.assertEqual(page.value("document.querySelectorAll('main b, main script, main img:not(#still), main iframe').length"), 0)
+
+    def test_keyboard_and_touch(self):
+        page = self.open("four_bar", browser.Screen(390, 844, plays=True))
+        runs = page.until(RUNS)
+        page.value("document.getElementById('view').focus()")
+        page.key(" ", "Space", text=" ")
+        self.assertEqual(page.value("document.getElementById('play').textContent"), "Play")
+        now = page.value("document.getElementById('clock').textContent")
+        page.value("document.getElementById('time').focus()")
+        page.key("ArrowRight", "ArrowRight")
+        self.assertNotEqual(page.value("document.getElementById('clock').textContent"), now)
+        x, y = page.value("(() => { const input = document.querySelector('[data-parameter=rocker]'); input.scrollIntoView({ block: 'center' }); "
+                          "const box = input.getBoundingClientRect(); return [box.left + 0.7 * box.width, box.top + box.height / 2]; })()")
+        page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
+        page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        page.until(f"{RUNS} > {runs}")
+        self.assertNotIn("rocker: 0.7,", page.value("document.getElementById('text').value"))
+        runs = page.value(RUNS)
+        page.value("document.getElementById('text').focus()")
+        page.key("Enter", "Enter", modifiers=2)
+        page.until(f"{RUNS} > {runs}")
+        page.value(browser.WIDTHS)
+        self.assertEqual(page.value("document.documentElement.dataset.wide + document.documentElement.dataset.scrolls"), "false")
+
+    def test_without_webassembly_the_picture_stays(self):
+        (self.pages / "still").mkdir(exist_ok=True)
+        text = (self.pages / "four_bar.html").read_text().replace('<script src="kempe_page.js"></script>', "")
+        (self.pages / "still.html").write_text(text)
+        page = self.open("still")
+        self.assertTrue(page.until("document.getElementById('still').complete && document.getElementById('still').naturalWidth > 0"))
+        self.assertIn("cannot move here", page.value(LINE))
+
+    def test_models_of_several_files(self):
+        page = self.open("tutorial_driven")
+        page.until(RUNS)
+        self.assertEqual(page.value("document.getElementById('file').options.length"), 2)
+        page.value("document.getElementById('file').value = 'four_bar.yaml'; document.getElementById('file').dispatchEvent(new Event('change'))")
+        page.type("rho*crank\n", "rho*krank\n")
+        page.until(f"{STATE} === 'wrong'")
+        self.assertIn("four_bar.yaml, line", page.value(LINE))
+        self.assertTrue(page.value("document.querySelector('#marks .words').textContent.includes('krank')"))
+
+
+class Sources(unittest.TestCase):
+    def test_every_example_is_live_or_has_a_reason(self):
+        self.assertLessEqual({*live_examples.SHORTER, *live_examples.LEFT_OUT}, set(live_examples.examples()))
+        self.assertGreater(len(live_examples.live_examples()), 0.75 * len(live_examples.examples()))
+
+    def test_sliders_are_numbers_of_the_text(self):
+        made = {s["name"]: s for s in live_examples.sliders("parameters: {a: 300 mm, b: 2*a, c: -4, d: 0 deg, e: 2 kg/m}  # f: 3\nbodies: {g: 1}\n")}
+        self.assertEqual({name: (s["unit"], s["from"], s["to"]) for name, s in made.items()},
+                         {"a": ("mm", 150, 450), "c": ("", -6, -2), "d": ("deg", -180, 180), "e": ("kg/m", 1, 3)})
+
+
+def show_times(pages):
+    """From the beginning of the navigation to the first drawn motion, of nine visits; sizes of what one page loads."""
+    for name in SHOWN:
+        times = []
+        for _ in range(9):
+            page = LivePage(pages / f"{name}.html")
+            page.until(RUNS)
+            times.append(page.value("window.movedAt ?? performance.now()"))
+        print(f"{name:16} {statistics.median(times):5.0f} ms to the first motion (from {min(times):.0f} to {max(times):.0f})")
+    parts = ["kempe_page.js", "live_scene.js", "live_page.js", "live_page.css"]
+    sizes = [len(gzip.compress((pages / part).read_bytes(), 9)) for part in parts]
+    print(", ".join(f"{part} {size}" for part, size in zip(parts, sizes)), f"together {sum(sizes)} bytes by gzip -9")
+
+
+def show_all(pages, names):
+    moving = 0
+    for name in names:
+        try:
+            page = LivePage(pages / f"{name}.html", browser.Screen())
+            page.until(f"{RUNS} || {STATE} === 'wrong'")
+            moved = page.value(RUNS) > 0
+            moving += moved
+            print(f"{name:24} {'moves' if moved else 'fails'}  {page.value('document.getElementById(`took`).textContent')}  {page.value(LINE)[:140]}", *page.complaints())
+        except (TimeoutError, RuntimeError) as error:
+            print(f"{name:24} fails  {str(error)[:200]}")
+    print(f"{moving} of {len(names)} pages move")
+
+
+def take_pictures(pages, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in SHOWN:
+        for screen in SCREENS:
+            page = LivePage(pages / f"{name}.html", screen)
+            page.until(RUNS)
+            if name == "stewart":  # with a mistake
+                page.type("mass: 10\n", "mass: 10 kgg\n")
+                page.until(f"{STATE} === 'wrong'")
+                page.value("document.querySelector('#text').scrollTop = 400; document.querySelector('#text').scrollLeft = 0")
+            time.sleep(2.5)
+            page.value(browser.WIDTHS)
+            print(name, screen, "wider than the page:", page.value("document.documentElement.dataset.wide") or "nothing")
+            (folder / f"{name}_{screen.width}_{'dark' if screen.dark else 'light'}.png").write_bytes(page.screen())
+
+
+def main(arguments):
+    global MODULE
+    if not arguments:
+        print(__doc__)
+        return 2
+    MODULE = pathlib.Path(arguments.pop(0))
+    if not browser.CHROMIUM or not (MODULE / "kempe_page.js").exists():
+        print("skipped: Chromium or", MODULE / "kempe_page.js", "is not there")
+        return 77
+    if arguments and arguments[0] in ("--times", "--all", "--pictures"):
+        with tempfile.TemporaryDirectory() as folder:
+            pages = pathlib.Path(folder)
+            names = live_examples.write(MODULE, pages)
+            if arguments[0] == "--times":
+                show_times(pages)
+            elif arguments[0] == "--all":
+                show_all(pages, arguments[1:] or names)
+            else:
+                take_pictures(pages, pathlib.Path(arguments[1]))
+        return 0
+    unittest.main(argv=[sys.argv[0], *arguments])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
