@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""README's four-bar linkage with the package that a wheel has installed; bare_machine and musl_machine run it."""
+"""README's four-bar linkage with the package that a wheel has installed; bare_machine runs it."""
 import kempe
 about = kempe.about()
 print({name: about[name] for name in ("kempe", "python", "numpy", "sundials", "klu", "backend", "linear_solvers")})

@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <io.h>
+#include <math.h>
 #include <process.h>
 #include <sched.h>
 #include <share.h>
@@ -536,8 +537,8 @@ static double seconds_of(HANDLE thread)
     return 1e-7 * (double)ticks;
 }
 
-/* The clock of a thread has steps of 10 to 16 ms. Within a step, the time on the wall since this thread first saw it is
- * added, of which the other threads of the machine may have had a part. */
+/* The clock of a thread has steps of 10 to 16 ms. Within a step, the time on the wall since this thread first saw it
+ * counts, and the less the longer it is: others may have had the processor. So a short run has a time above zero. */
 double kmp_cpu_now(void)
 {
     static _Thread_local double step, seen, last;
@@ -546,8 +547,7 @@ double kmp_cpu_now(void)
         step = now;
         seen = wall;
     }
-    const double within = now + (wall - seen < least ? wall - seen : least);
-    last = within > last ? within : last;
+    last = fmax(last, now + least * (wall - seen) / (wall - seen + least));
     return last;
 }
 

@@ -283,7 +283,7 @@ static void check_solves(const char *name, int n)
 }
 
 /* Entries of the factors that the choice makes for a matrix with `band` full diagonals on each side. */
-static long fill_of_choice(int n, int band)
+static int64_t fill_of_choice(int n, int band)
 {
     SUNContext sun = kmp_sun_context();
     SUNMatrix a = SUNSparseMatrix(n, n, n * n, CSC_MAT, sun);
