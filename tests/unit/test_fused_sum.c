@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* fma() of src/platform/fused_sum.c against sums of whole numbers of 126 bits, which the compiler rounds once. On Linux
+/* fma() of src/platform/rounded_once.c against sums of whole numbers of 126 bits, which the compiler rounds once. On Linux
  * the linker sends calls to it (tests/CMakeLists.txt). */
 #include "random.h"
 #include "testing.h"
