@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* fma() of src/platform/rounded_once.c against sums of whole numbers of 126 bits, which the compiler rounds once. On Linux
- * the linker sends calls to it (tests/CMakeLists.txt). */
+/* fma() of src/platform/rounded_once.c against sums of whole numbers of 126 bits, which the compiler rounds once. On
+ * Linux the linker sends calls to it (tests/CMakeLists.txt). */
 #include "random.h"
 #include "testing.h"
 #include <math.h>
