@@ -7,6 +7,7 @@
 #     installed   for the libraries
 #     jobs        their number at once
 #     compiler, archive   programs for C and for static libraries
+#     fortran     the compiler for Fortran, where LAPACK is built by `fortran_lapack`
 #     target      options of CMake that choose the compilers
 #     compiled    options of the compiler for KLU
 #     sundials    further options of CMake for SUNDIALS
@@ -76,6 +77,35 @@ klu() {
     "$compiler" "${compiled[@]}" -DNTIMER -I"$installed/include" -c "$from/SuiteSparse_config/SuiteSparse_config.c" -o "$to/config.o"
     "$archive" crs "$installed/lib/libsuitesparseconfig.a" "$to/config.o"
     touch "$installed/has_klu"
+}
+
+# LAPACK and BLAS: the routines that Kempe calls, and those that they call, which are a tenth of all. Without a processor's own BLAS.
+fortran_lapack() {
+    [ ! -e "$installed/has_lapack" ] || return 0
+    say "  lapack"
+    local from=$folder/sources/lapack to=$folder/lapack wanted="dgesvd zgeev dsygv dsyev dgelsy dgeevx" name file
+    rm -rf "$to"
+    mkdir -p "$to" "$installed/lib"
+    : >"$folder/lapack.log"
+    for name in la_constants.f90 la_xisnan.F90; do # modules, before those that use them
+        "$fortran" -O2 -w -fPIC -J "$to" -c "$from/SRC/$name" -o "$to/${name%.*}.o"
+    done
+    while [ -n "$wanted" ]; do
+        for name in $wanted; do
+            for file in "$from"/{SRC,BLAS/SRC,INSTALL}/"$name".{f,f90,F90}; do
+                [ ! -e "$file" ] || printf '%s\n%s\n' "$file" "$to/$name.o"
+            done
+        done | xargs -P "$jobs" -n 2 sh -c '"$0" -O2 -w -fPIC -I "$1" -J "$1" -c "$2" -o "$3"' "$fortran" "$to" >>"$folder/lapack.log" 2>&1
+        wanted=$(nm -u "$to"/*.o | sed -n 's/^ *U \([a-z0-9]*\)_$/\1/p' | sort -u | while read -r name; do
+            [ -e "$to/$name.o" ] || printf '%s\n' "$from"/{SRC,BLAS/SRC,INSTALL}/"$name".{f,f90,F90}
+        done | while read -r file; do
+            [ ! -e "$file" ] || basename "${file%.*}"
+        done)
+    done
+    rm -f "$installed/lib/liblapack.a" "$installed/lib/libblas.a"
+    "$archive" crs "$installed/lib/liblapack.a" "$to"/*.o
+    "$archive" crs "$installed/lib/libblas.a" # nothing: all is in liblapack.a
+    touch "$installed/has_lapack"
 }
 
 # NLopt's sources without Luksan's part, whose methods refuse: this version of NLopt has no option for it. Kempe calls SLSQP and COBYLA.

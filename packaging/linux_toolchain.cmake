@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# For a Linux of another C library or processor, by the compiler that packaging/build_linux has put into the folder KEMPE_LINUX beside the
+# For a Linux of another C library or processor, by the compiler that packaging/linux_libraries has put into the folder KEMPE_LINUX beside the
 # libraries. KEMPE_PROCESSOR: x86_64 or aarch64. Fortran is compiled by Debian's compiler; its objects name no function of a C library.
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES KEMPE_LINUX KEMPE_PROCESSOR)
 set(CMAKE_SYSTEM_NAME Linux)

@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <io.h>
+#include <math.h>
 #include <process.h>
 #include <sched.h>
 #include <share.h>
@@ -537,9 +538,18 @@ static double seconds_of(HANDLE thread)
     return 1e-7 * (double)ticks;
 }
 
+/* The clock of a thread has steps of 10 to 16 ms. Within a step, the time on the wall since this thread first saw it
+ * counts, and the less the longer it is: others may have had the processor. So a short run has a time above zero. */
 double kmp_cpu_now(void)
 {
-    return seconds_of(GetCurrentThread());
+    static _Thread_local double step, seen, last;
+    const double least = 0.01, now = seconds_of(GetCurrentThread()), wall = kmp_wall_now();
+    if (seen == 0 || now != step) {
+        step = now;
+        seen = wall;
+    }
+    last = fmax(last, now + least * (wall - seen) / (wall - seen + least));
+    return last;
 }
 
 double kmp_thread_cpu(pthread_t thread)

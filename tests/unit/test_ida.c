@@ -50,7 +50,7 @@ static int count_step(void *self, double t, const double *y, const double *yp)
     return ++s->accepted == s->halt_after ? KMP_HALT : KMP_GO;
 }
 
-static const long col_start[] = {0, 3, 6, 9}, row[] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
+static const int64_t col_start[] = {0, 3, 6, 9}, row[] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
 static const double differential[] = {1, 1, 0}, factor[] = {1, 1, 1e8}, absolute[] = {1e-12, 1e-16, 1e-12};
 static const double start_y[] = {1, 0, 0}, start_yp[] = {-0.04, 0.04, 0};
 
@@ -283,7 +283,7 @@ static void check_solves(const char *name, int n)
 }
 
 /* Entries of the factors that the choice makes for a matrix with `band` full diagonals on each side. */
-static long fill_of_choice(int n, int band)
+static int64_t fill_of_choice(int n, int band)
 {
     SUNContext sun = kmp_sun_context();
     SUNMatrix a = SUNSparseMatrix(n, n, n * n, CSC_MAT, sun);
@@ -298,7 +298,7 @@ static long fill_of_choice(int n, int band)
     start[n] = nz;
     SUNLinearSolver s = kmp_linear_new("auto", a, sun);
     CHECK(s && SUNLinSolSetup(s, a) == 0);
-    long entries = kmp_linear_fill(s);
+    int64_t entries = kmp_linear_fill(s);
     SUNLinSolFree(s);
     SUNMatDestroy(a);
     SUNContext_Free(&sun);
