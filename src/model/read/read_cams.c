@@ -210,7 +210,7 @@ static bool find_base(kmp_reader *r, const kmp_yaml *node, const char *what, dou
                                    "roller is %.6g m from the centre there",
                                    l, a, radius);
         cam->base = acos((a * a + l * l - radius * radius) / (2 * a * l));
-    } else if (cam->offset != 0) {
+    } else {
         if (!(radius > fabs(cam->offset)))
             return kmp_complain_of(r, node, what, "the offset is %.6g m, the base circle reaches only %.6g m",
                                    cam->offset, radius);
