@@ -3,7 +3,7 @@
  * by u against the cam. A place of the centre in the axes of the cam gives the lift that it would have, and u. Their
  * difference from the law, times the normal part of df/ds, is the distance: exact on the path, with its derivatives
  * there. A face with the normal m at the angle b has the distance (x, y).m - h(b), with the support function h. Any
- * other path is parallel to a curve c(u), by d along its normal n. There u is found: from a spline by the angle, with
+ * other path is parallel to a curve c(u), by d along its normal n. Its u is from a spline by the angle, and from
  * Newton's steps in the expression itself. */
 #include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -89,7 +89,7 @@ static void law_towards(kmp_graph *g, const kmp_cam *cam, const kmp_ref e[2], km
     law_at(g, cam, kmp_add(g, turned, kmp_const(g, KMP_TURN / 2)), s);
 }
 
-/* Of a follower beside the centre: its place f over the lift, f = (cos, sin) by the sine and cosine of a lever's lift
+/* Of a follower next to the centre: its place f over the lift, f = (cos, sin) by the sine and cosine of a lever's lift
  * or the lift itself, and its first two derivatives by the lift. */
 static void follower_place(kmp_graph *g, const kmp_cam *cam, kmp_ref lift, kmp_ref cosine, kmp_ref sine,
                            kmp_ref f[3][2])
