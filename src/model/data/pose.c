@@ -238,6 +238,14 @@ void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const do
         turn(pose->r, &at->axes[0][0], false);
 }
 
+void kmp_pose_axis(const kempe_model *model, const kmp_pose_zero *at, int point, int axis, double w[3])
+{
+    kmp_pose pose;
+    kmp_pose_of_point(model, at->poses, at->q, point, &pose);
+    for (int i = 0; i < 3; i++)
+        w[i] = pose.r[i][axis];
+}
+
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4])
 {

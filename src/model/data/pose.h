@@ -41,6 +41,9 @@ typedef struct kmp_pose_zero {
 } kmp_pose_zero;
 bool kmp_pose_at_zero(const kempe_model *model, kmp_arena *arena, kmp_pose_zero *at);
 
+/** An axis of a point in the ground's axes, with all coordinates zero. */
+void kmp_pose_axis(const kempe_model *model, const kmp_pose_zero *at, int point, int axis, double w[3]);
+
 /** True for unit vectors of one axis. */
 bool kmp_is_parallel(const double a[3], const double b[3]);
 

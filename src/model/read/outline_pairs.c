@@ -251,11 +251,10 @@ static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, co
     if (kmp_moves_across(model, point[1 - owner], &z))
         return true;
     kmp_pose_zero at;
-    kmp_pose pose;
+    double w[3];
     if (!kmp_pose_at_zero(model, &r->scratch, &at))
         return false;
-    kmp_pose_of_point(model, at.poses, at.q, point[owner], &pose);
-    const double w[3] = {pose.r[0][2], pose.r[1][2], pose.r[2][2]};
+    kmp_pose_axis(model, &at, point[owner], 2, w);
     const int body[2] = {model->points[point[0]].body, model->points[point[1]].body};
     const int top = kmp_model_common_body(model, body[0], body[1]);
     const char *joint = kmp_joint_off_axis(model, &at, body[0], top, w, true);
@@ -271,15 +270,11 @@ static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, con
     const kempe_model *model = r->model;
     const bool plane = touch->side[1].shape == KMP_TOUCH_PLANE;
     kmp_pose_zero at;
-    kmp_pose pose;
     double w[2][3];
     if (!kmp_pose_at_zero(model, &r->scratch, &at))
         return false;
-    for (int k = 0; k < 2; k++) {
-        kmp_pose_of_point(model, at.poses, at.q, touch->side[k].point, &pose);
-        for (int i = 0; i < 3; i++)
-            w[k][i] = pose.r[i][k == 1 && plane ? touch->side[1].axis : 2];
-    }
+    for (int k = 0; k < 2; k++)
+        kmp_pose_axis(model, &at, touch->side[k].point, k == 1 && plane ? touch->side[1].axis : 2, w[k]);
     if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_SAME_AXIS : !kmp_is_parallel(w[0], w[1]))
         return kmp_complain_of(r, map, what,
                                plane ? "the normal of the plane is not in the x-y plane of the outline"

@@ -252,10 +252,7 @@ static bool read_place(const reading *c, int k)
 static void axis_of(const reading *c, int k, double axis[3])
 {
     const kmp_rope_place *place = &c->rope->places[k];
-    kmp_pose pose;
-    kmp_pose_of_point(c->r->model, c->at->poses, c->at->q, place->point, &pose);
-    for (int i = 0; i < 3; i++)
-        axis[i] = pose.r[i][place->axis];
+    kmp_pose_axis(c->r->model, c->at, place->point, place->axis, axis);
 }
 
 static const char *place_name(kmp_reader *r, const kmp_rope *rope, int k)
