@@ -187,8 +187,10 @@ static curve_place curve_at(kmp_graph *g, const kmp_cam *cam, kmp_ref u)
         return at;
     }
     kmp_ref f[3][2] = {{r[0], KMP_ZERO}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}}, own[2][2];
-    if (cam->parts)
-        follower_place(g, cam, r[0], kmp_cos(g, r[0]), kmp_sin(g, r[0]), f);
+    if (cam->parts) {
+        const kmp_ref sine = kmp_sin(g, r[0]);
+        follower_place(g, cam, r[0], kmp_cos(g, r[0]), sine, f);
+    }
     turned_place(g, r, (const kmp_ref(*)[2])f, own);
     kmp_plane_turn(g, e, f[0], at.c);
     kmp_plane_turn(g, e, own[0], at.t);
