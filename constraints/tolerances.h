@@ -689,13 +689,17 @@
  * digits. */
 #define KMP_WRITTEN_DIGITS 1e-9
 
+/** Sines of angles between axes, and distances over the size of a mechanism, that count as zero: written places and
+ * axes have nine digits. */
+#define KMP_SAME_AXIS 1e-9
+
 /* -- outlines ----------------------------------------------------------------------------------------- */
 
 /** The sine of a corner that counts as none, and over the size of an outline the height over a tangent that counts as
  * none: both follow from places with nine digits. */
 #define KMP_OUTLINE_TANGENT 1e-8
-/** The sine of the angle of an arc through three places below which they are on a line; of the angle between two axes
- * below which they are parallel. Both are written with nine digits. */
+/** The sine of the angle of an arc through three places below which they are on a line: they are written with nine
+ * digits. */
 #define KMP_OUTLINE_STRAIGHT 1e-9
 /** Over the size of an outline: a start that is deeper overlaps. A start that is computed from an equation has this
  * error. */

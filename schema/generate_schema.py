@@ -216,7 +216,7 @@ def rope():
 
 
 def outline():
-    return dict(keyed("outline"), oneOf=[{"required": [word]} for _, word, _ in rows("outline_shapes.def", "KMP_OUTLINE")])
+    return dict(keyed("outline"), oneOf=[{"required": [word]} for _, word, *_ in rows("outline_shapes.def", "KMP_OUTLINE")])
 
 
 def rope_place():

@@ -139,14 +139,6 @@ static void row_inward(gaps *s, const gap_side *p, kmp_vec f, kmp_ref *row)
 
 /* -- outward ----------------------------------------------------------------------------------------- */
 
-static kmp_vec combine(kmp_graph *g, const kmp_vec axes[3], kmp_vec u)
-{
-    kmp_vec r = kmp_vec_scale(g, u.x[0], axes[0]);
-    for (int k = 1; k < 3; k++)
-        r = kmp_vec_add(g, r, kmp_vec_scale(g, u.x[k], axes[k]));
-    return r;
-}
-
 static void see(gaps *s, int i)
 {
     const kmp_tree *tree = &s->eq->tree;
@@ -165,11 +157,12 @@ static void see(gaps *s, int i)
         kmp_vec column;
         for (int j = 0; j < 3; j++)
             column.x[j] = kmp_link_axes(tree, i, j, k);
-        m->axes[k] = combine(g, h->axes, column);
+        m->axes[k] = kmp_vec_along(g, column.x, h->axes);
     }
     for (int n = 0; link->rotation && n < 3; n++)
         kmp_rotate(g, kmp_neg(link->q), &m->axes[p].x[n], &m->axes[q].x[n]);
-    kmp_vec axis = m->axes[link->axis], r = combine(g, h->axes, link->p), rate = kmp_vec_scale(g, link->qd, axis);
+    kmp_vec axis = m->axes[link->axis], r = kmp_vec_along(g, link->p.x, h->axes),
+            rate = kmp_vec_scale(g, link->qd, axis);
     if (!link->rotation)
         r = kmp_vec_add(g, r, kmp_vec_scale(g, link->q, axis));
     m->origin = kmp_vec_add(g, h->origin, r);
@@ -446,7 +439,7 @@ static void add_gap(gaps *s, int row, int count)
         kmp_graph *g = s->eq->graph;
         look_from_ancestor(s, point);
         const gap_seen *m = &s->seen[point->link];
-        kmp_vec r = combine(g, m->axes, point->local);
+        kmp_vec r = kmp_vec_along(g, point->local.x, m->axes);
         point->by[OUTWARD] = (gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
                                           kmp_vec_add(g, m->a, kmp_matrix_apply(g, &m->beta, false, r))};
         point->column = KMP_GRAPH_NEW(eq->graph, kmp_vec, eq->n);

@@ -88,16 +88,6 @@ static block own_block(const kmp_tree *tree, const kmp_force *force, kmp_bushing
     return k;
 }
 
-/* sum_i x_i p_i */
-static kmp_vec along_axes(const bushing *b, const kmp_ref x[3])
-{
-    kmp_graph *g = b->tree->graph;
-    kmp_vec sum = kmp_vec_zero();
-    for (int i = 0; i < 3; i++)
-        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, x[i], b->p[i]));
-    return sum;
-}
-
 /* sum_i k_ij (p_j.v) p_i */
 static kmp_vec weigh(const bushing *b, const block *k, kmp_vec v)
 {
@@ -109,7 +99,7 @@ static kmp_vec weigh(const bushing *b, const block *k, kmp_vec v)
         for (int j = 0; j < 3; j++)
             if (k->x[i][j] != KMP_ZERO)
                 x[i] = kmp_add(g, x[i], kmp_mul(g, k->x[i][j], kmp_vec_dot(g, b->p[j], v)));
-    return along_axes(b, x);
+    return kmp_vec_along(g, x, b->p);
 }
 
 static void add_potential(kmp_forces *forces, kmp_graph *g, kmp_ref factor, kmp_vec a, kmp_vec b)
@@ -135,7 +125,8 @@ static kmp_vec pull(kmp_forces *forces, const bushing *b, const kmp_force *force
     const block k = own_block(b->tree, force, KMP_BUSHING_STIFFNESS, 0, force->along);
     const block c = own_block(b->tree, force, KMP_BUSHING_DAMPING, 0, force->along_damping);
     const kmp_vec preload = kmp_tree_vector(b->tree, force->preload);
-    kmp_vec elastic = weigh(b, &k, b->elongation), drag = weigh(b, &c, b->rate), constant = along_axes(b, preload.x);
+    kmp_vec elastic = weigh(b, &k, b->elongation), drag = weigh(b, &c, b->rate),
+            constant = kmp_vec_along(g, preload.x, b->p);
     if (energy & KMP_ENERGY_POTENTIAL) {
         if (!is_external(force))
             add_potential(forces, g, kmp_const(g, 0.5), elastic, b->elongation);

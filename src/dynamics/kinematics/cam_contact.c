@@ -7,6 +7,7 @@
  * with Newton's steps in the expression itself. */
 #include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/plane_vector.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
 #include "symbolic/derivative.h"
@@ -129,30 +130,13 @@ typedef struct curve_place {
     kmp_ref c[2], t[2], n[2], k;
 } curve_place;
 
-static kmp_ref cross(kmp_graph *g, const kmp_ref a[2], const kmp_ref b[2])
-{
-    return kmp_sub(g, kmp_mul(g, a[0], b[1]), kmp_mul(g, a[1], b[0]));
-}
-
-static kmp_ref dot(kmp_graph *g, const kmp_ref a[2], const kmp_ref b[2])
-{
-    return kmp_add(g, kmp_mul(g, a[0], b[0]), kmp_mul(g, a[1], b[1]));
-}
-
 /* From the first two derivatives: unit normal and curvature. */
 static void set_normal(kmp_graph *g, const kmp_ref t[2], const kmp_ref bend[2], kmp_ref n[2], kmp_ref *k)
 {
-    const kmp_ref square = dot(g, t, t), size = kmp_sqrt(g, square);
+    const kmp_ref square = kmp_plane_dot(g, t, t), size = kmp_sqrt(g, square);
     n[0] = kmp_div(g, t[1], size);
     n[1] = kmp_neg(kmp_div(g, t[0], size));
-    *k = kmp_div(g, cross(g, t, bend), kmp_mul(g, square, size));
-}
-
-/* A vector in axes that are turned, whose x axis is e. */
-static void turn(kmp_graph *g, const kmp_ref e[2], const kmp_ref v[2], kmp_ref out[2])
-{
-    out[0] = kmp_sub(g, kmp_mul(g, e[0], v[0]), kmp_mul(g, e[1], v[1]));
-    out[1] = kmp_add(g, kmp_mul(g, e[0], v[1]), kmp_mul(g, e[1], v[0]));
+    *k = kmp_div(g, kmp_plane_cross(g, t, bend), kmp_mul(g, square, size));
 }
 
 /* x less whole periods, from first to the end of the period. */
@@ -196,19 +180,21 @@ static curve_place curve_at(kmp_graph *g, const kmp_cam *cam, kmp_ref u)
         law_at(g, cam, within_period(g, 0, KMP_TURN, kmp_neg(u)), r);
     if (cam->parts && cam->form == KMP_FOLLOWER_FLAT) { /* by the support function: h e + h' e', (h + h'') e' */
         const kmp_ref own[2] = {r[0], r[1]}, ahead[2] = {KMP_ZERO, kmp_add(g, r[0], r[2])};
-        turn(g, e, own, at.c);
-        turn(g, e, ahead, at.t);
+        kmp_plane_turn(g, e, own, at.c);
+        kmp_plane_turn(g, e, ahead, at.t);
         memcpy(at.n, e, sizeof at.n);
         at.k = kmp_div(g, KMP_ONE, ahead[1]);
         return at;
     }
     kmp_ref f[3][2] = {{r[0], KMP_ZERO}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}}, own[2][2];
-    if (cam->parts)
-        follower_place(g, cam, r[0], kmp_cos(g, r[0]), kmp_sin(g, r[0]), f);
+    if (cam->parts) {
+        const kmp_ref sine = kmp_sin(g, r[0]);
+        follower_place(g, cam, r[0], kmp_cos(g, r[0]), sine, f);
+    }
     turned_place(g, r, (const kmp_ref(*)[2])f, own);
-    turn(g, e, f[0], at.c);
-    turn(g, e, own[0], at.t);
-    turn(g, e, own[1], bend);
+    kmp_plane_turn(g, e, f[0], at.c);
+    kmp_plane_turn(g, e, own[0], at.t);
+    kmp_plane_turn(g, e, own[1], bend);
     set_normal(g, at.t, bend, at.n, &at.k);
     return at;
 }
@@ -230,14 +216,14 @@ static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, doubl
     for (int i = 0; i < STEPS; i++) {
         kmp_ref off, rate;
         if (follower->form == KMP_FOLLOWER_FLAT) { /* t.m, and t'.m = -k t^2 where m is the normal */
-            off = dot(g, at.t, towards);
-            rate = kmp_neg(kmp_mul(g, at.k, dot(g, at.t, at.t)));
+            off = kmp_plane_dot(g, at.t, towards);
+            rate = kmp_neg(kmp_mul(g, at.k, kmp_plane_dot(g, at.t, at.t)));
         } else {
             const kmp_ref along = kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k));
             const kmp_ref p[2] = {kmp_add(g, at.c[0], kmp_mul(g, kmp_const(g, d), at.n[0])),
                                   kmp_add(g, at.c[1], kmp_mul(g, kmp_const(g, d), at.n[1]))};
-            off = cross(g, p, towards);
-            rate = kmp_mul(g, along, cross(g, at.t, towards));
+            off = kmp_plane_cross(g, p, towards);
+            rate = kmp_mul(g, along, kmp_plane_cross(g, at.t, towards));
         }
         u = kmp_sub(g, u, kmp_div(g, off, rate));
         at = curve_at(g, cam, u);
@@ -247,16 +233,16 @@ static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, doubl
 
 /* -- followers ------------------------------------------------------------------------------------------------ */
 
-/* The cam's axes x and y, the vector from its centre to the follower's point in the frame and in these axes. */
+/* The cam's axes, and the vector from its centre to the follower's point in its axes x and y. */
 typedef struct cam_place {
     kmp_graph *g;
-    kmp_vec axes[3], d;
-    kmp_ref x, y;
+    kmp_vec axes[3];
+    kmp_ref at[2];
 } cam_place;
 
-static kmp_vec combined(const cam_place *c, kmp_ref x, kmp_ref y)
+static kmp_vec combined(const cam_place *c, const kmp_ref v[2])
 {
-    return kmp_vec_add(c->g, kmp_vec_scale(c->g, x, c->axes[0]), kmp_vec_scale(c->g, y, c->axes[1]));
+    return kmp_vec_add(c->g, kmp_vec_scale(c->g, v[0], c->axes[0]), kmp_vec_scale(c->g, v[1], c->axes[1]));
 }
 
 /* A circle about another centre than the origin of the outline. */
@@ -264,12 +250,11 @@ static void roll_on_circle(const cam_place *c, const kmp_cam_follower *follower,
 {
     kmp_graph *g = c->g;
     const kmp_piece *circle = &follower->outline->pieces[0];
-    const kmp_ref x = kmp_sub(g, c->x, kmp_const(g, circle->centre[0]));
-    const kmp_ref y = kmp_sub(g, c->y, kmp_const(g, circle->centre[1]));
-    const kmp_ref r = kmp_sqrt(g, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)));
+    kmp_ref u[2];
+    kmp_plane_from(g, circle->centre, c->at, u);
+    const kmp_ref r = kmp_sqrt(g, kmp_plane_dot(g, u, u)), n[2] = {kmp_div(g, u[0], r), kmp_div(g, u[1], r)};
     out->gap = kmp_sub(g, r, kmp_const(g, circle->radius + follower->radius));
-    const kmp_ref nx = kmp_div(g, x, r), ny = kmp_div(g, y, r);
-    out->normal = combined(c, nx, ny);
+    out->normal = combined(c, n);
     out->curvature = kmp_const(g, 1 / circle->radius);
 }
 
@@ -279,7 +264,7 @@ static void roll_by_law(const cam_place *c, const kmp_cam_follower *follower, km
     kmp_graph *g = c->g;
     const kmp_cam *cam = follower->outline->cam;
     const double l = fabs(cam->arm);
-    const kmp_ref place[2] = {c->x, c->y}, square = dot(g, place, place);
+    const kmp_ref square = kmp_plane_dot(g, c->at, c->at);
     kmp_ref f[3][2], lift, cosine = KMP_ONE, sine = KMP_ZERO;
     if (cam->arm != 0) { /* the triangle of bearing, centre and roller */
         const kmp_ref rest = kmp_sub(g, kmp_const(g, cam->pivot * cam->pivot + l * l), square);
@@ -290,15 +275,16 @@ static void roll_by_law(const cam_place *c, const kmp_cam_follower *follower, km
         lift = kmp_sqrt(g, kmp_sub(g, square, kmp_const(g, cam->offset * cam->offset)));
     follower_place(g, cam, lift, cosine, sine, f);
     /* x axis of f: the place is f[0] of it and f[1] of the axis across */
-    const kmp_ref e[2] = {kmp_div(g, dot(g, f[0], place), square), kmp_div(g, cross(g, f[0], place), square)};
+    const kmp_ref e[2] = {kmp_div(g, kmp_plane_dot(g, f[0], c->at), square),
+                          kmp_div(g, kmp_plane_cross(g, f[0], c->at), square)};
     kmp_ref s[3];
     law_towards(g, cam, e, s);
     kmp_ref own[2][2], n[2], across[2], of_path;
     turned_place(g, s, (const kmp_ref(*)[2])f, own);
     set_normal(g, own[0], own[1], n, &of_path);
-    out->gap = kmp_mul(g, kmp_sub(g, lift, s[0]), dot(g, n, f[1]));
-    turn(g, e, n, across);
-    out->normal = combined(c, across[0], across[1]);
+    out->gap = kmp_mul(g, kmp_sub(g, lift, s[0]), kmp_plane_dot(g, n, f[1]));
+    kmp_plane_turn(g, e, n, across);
+    out->normal = combined(c, across);
     out->curvature = kmp_div(g, of_path, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, follower->radius), of_path)));
 }
 
@@ -306,11 +292,10 @@ static void roll_on_curve(const cam_place *c, const kmp_cam_follower *follower, 
 {
     kmp_graph *g = c->g;
     const double inset = kmp_cam_inset(follower->outline->cam), d = follower->radius - inset;
-    const kmp_ref place[2] = {c->x, c->y};
-    const curve_place at = foot_of(g, follower, d, place);
-    const kmp_ref off[2] = {kmp_sub(g, c->x, at.c[0]), kmp_sub(g, c->y, at.c[1])};
-    out->gap = kmp_sub(g, dot(g, off, at.n), kmp_const(g, d));
-    out->normal = combined(c, at.n[0], at.n[1]);
+    const curve_place at = foot_of(g, follower, d, c->at);
+    const kmp_ref off[2] = {kmp_sub(g, c->at[0], at.c[0]), kmp_sub(g, c->at[1], at.c[1])};
+    out->gap = kmp_sub(g, kmp_plane_dot(g, off, at.n), kmp_const(g, d));
+    out->normal = combined(c, at.n);
     out->curvature = kmp_div(g, at.k, kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, inset), at.k)));
 }
 
@@ -318,10 +303,10 @@ static void roll_on_curve(const cam_place *c, const kmp_cam_follower *follower, 
 static void lie_on_profile(const cam_place *c, const kmp_cam_follower *follower, kmp_vec m, kmp_cam_contact *out)
 {
     kmp_graph *g = c->g;
-    const kmp_ref x = kmp_vec_dot(g, m, c->axes[0]), y = kmp_vec_dot(g, m, c->axes[1]);
+    const kmp_ref normal[2] = {kmp_vec_dot(g, m, c->axes[0]), kmp_vec_dot(g, m, c->axes[1])};
+    const kmp_ref across[2] = {kmp_neg(normal[1]), normal[0]};
     const kmp_cam *cam = follower->outline->cam;
     kmp_ref height, along;
-    const kmp_ref normal[2] = {x, y}, across[2] = {kmp_neg(y), x};
     if (cam && kmp_cam_is_exact(cam, follower)) {
         kmp_ref h[3];
         law_towards(g, cam, normal, h);
@@ -331,22 +316,20 @@ static void lie_on_profile(const cam_place *c, const kmp_cam_follower *follower,
     } else if (cam) {
         const double d = -kmp_cam_inset(cam);
         const curve_place at = foot_of(g, follower, d, normal);
-        height = kmp_add(g, dot(g, at.c, normal), kmp_const(g, d));
-        along = dot(g, at.c, across);
+        height = kmp_add(g, kmp_plane_dot(g, at.c, normal), kmp_const(g, d));
+        along = kmp_plane_dot(g, at.c, across);
         out->curvature = kmp_div(g, at.k, kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k)));
     } else {
         const kmp_piece *circle = &follower->outline->pieces[0];
         const kmp_ref centre[2] = {kmp_const(g, circle->centre[0]), kmp_const(g, circle->centre[1])};
-        height = kmp_add(g, kmp_const(g, circle->radius), dot(g, centre, normal));
-        along = dot(g, centre, across);
+        height = kmp_add(g, kmp_const(g, circle->radius), kmp_plane_dot(g, centre, normal));
+        along = kmp_plane_dot(g, centre, across);
         out->curvature = kmp_const(g, 1 / circle->radius);
     }
     out->normal = m;
-    out->gap = kmp_sub(g, kmp_add(g, kmp_mul(g, c->x, x), kmp_mul(g, c->y, y)), height);
-    const kmp_vec t = combined(c, kmp_neg(y), x);
+    out->gap = kmp_sub(g, kmp_plane_dot(g, c->at, normal), height);
     /* back to the face from the place on the cam, where they are apart */
-    const kmp_ref beside = kmp_sub(g, along, kmp_sub(g, kmp_mul(g, c->y, x), kmp_mul(g, c->x, y)));
-    out->arm = kmp_vec_scale(g, beside, t);
+    out->arm = kmp_vec_scale(g, kmp_sub(g, along, kmp_plane_dot(g, across, c->at)), combined(c, across));
 }
 
 void kmp_cam_contact_find(const kmp_tree *tree, const kmp_cam_follower *follower, const int point[2],
@@ -354,10 +337,10 @@ void kmp_cam_contact_find(const kmp_tree *tree, const kmp_cam_follower *follower
 {
     kmp_graph *g = tree->graph;
     cam_place c = {.g = g};
-    c.d = kmp_point_difference(tree, point[0], point[1], &contact->frame);
+    const kmp_vec d = kmp_point_difference(tree, point[0], point[1], &contact->frame);
     kmp_point_axes(tree, point[0], contact->frame, c.axes);
-    c.x = kmp_vec_dot(g, c.axes[0], c.d);
-    c.y = kmp_vec_dot(g, c.axes[1], c.d);
+    for (int i = 0; i < 2; i++)
+        c.at[i] = kmp_vec_dot(g, c.axes[i], d);
     contact->axis = c.axes[2];
     if (follower->form == KMP_FOLLOWER_FLAT) {
         lie_on_profile(&c, follower, kmp_point_direction(tree, point[1], face, contact->frame), contact);

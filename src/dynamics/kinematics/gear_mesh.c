@@ -46,27 +46,25 @@ static void find_wheels(const kmp_tree *tree, const kmp_closure *closure, kmp_ge
     const kmp_vec origin = kmp_link_position(tree, carrier, kmp_vec_zero(), top);
     const int count = closure->term_count + ALONG;
     kmp_ref *from = KMP_GRAPH_NEW(g, kmp_ref, count), *none = KMP_GRAPH_NEW(g, kmp_ref, count);
-    kmp_vec found[4];
+    kmp_vec found[2][2]; /* centres, axes */
     uint16_t through;
     for (int side = 0; side < 2; side++) {
         const int turning = tree->of_motion[gear->axis[side]];
         const kmp_link *link = &tree->links[turning];
         const kmp_vec e = kmp_vec_axis(link->reversed ? kmp_neg(KMP_ONE) : KMP_ONE, link->axis);
         const kmp_vec centre = kmp_link_position(tree, link_of(tree, gear, side), local_centre(tree, gear, side), top);
-        found[side] = in_carrier(tree, gear, top, kmp_vec_sub(g, centre, origin));
-        found[2 + side] = in_carrier(tree, gear, top, kmp_link_direction(tree, turning, e, top));
+        found[0][side] = in_carrier(tree, gear, top, kmp_vec_sub(g, centre, origin));
+        found[1][side] = in_carrier(tree, gear, top, kmp_link_direction(tree, turning, e, top));
     }
     for (int k = 0; from && none && k < count; k++) {
         from[k] = k < ALONG ? kmp_input(g, KMP_IN_ALONG, (uint32_t)k)
                             : kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k - ALONG].motion);
         none[k] = KMP_ZERO;
     }
-    if (!from || !none || !kmp_substitute(g, count, from, none, 12, found[0].x, &through))
+    if (!from || !none || !kmp_substitute(g, count, from, none, 12, found[0][0].x, &through))
         kmp_graph_fail(g);
-    for (int side = 0; side < 2; side++) {
-        mesh->centre[side] = found[side];
-        mesh->axis[side] = found[2 + side];
-    }
+    memcpy(mesh->centre, found[0], sizeof found[0]);
+    memcpy(mesh->axis, found[1], sizeof found[1]);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
@@ -270,15 +268,13 @@ kmp_ref kmp_gear_error(const kmp_tree *tree, const kmp_closure *closure)
     const int count = closure->term_count;
     kmp_ref *q = KMP_GRAPH_NEW(g, kmp_ref, count), *start = KMP_GRAPH_NEW(g, kmp_ref, count);
     const kmp_ref error = kmp_sub(g, kmp_gear_path(tree, closure, 0), kmp_gear_path(tree, closure, 1));
-    kmp_ref at_start = error;
-    uint16_t through;
-    for (int k = 0; q && start && k < count; k++) {
+    if (!q || !start)
+        return error;
+    for (int k = 0; k < count; k++) {
         q[k] = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
         start[k] = kmp_tree_number(tree, &tree->model->start.q[closure->terms[k].motion]);
     }
-    if (!q || !start || !kmp_substitute(g, count, q, start, 1, &at_start, &through))
-        kmp_graph_fail(g);
-    return kmp_sub(g, error, at_start);
+    return kmp_sub(g, error, kmp_graph_replace(g, count, q, start, error));
 }
 
 /* -- the force ----------------------------------------------------------------------------------------- */

@@ -13,6 +13,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/plane_vector.h"
 #include "model/data/outline.h"
 #include "model/language/dimension.h"
 #include "symbolic/function_table.h"
@@ -35,60 +36,66 @@ static kmp_ref stands(const kmp_tree *tree, const kmp_outline_part *part, const 
     return holds;
 }
 
-typedef struct complex_ref {
-    kmp_ref re, im;
-} complex_ref;
-
-static complex_ref times(kmp_graph *g, complex_ref a, complex_ref b)
+/* A power of a complex number. */
+static void power_of(kmp_graph *g, const kmp_ref of[2], int n, kmp_ref result[2])
 {
-    return (complex_ref){kmp_sub(g, kmp_mul(g, a.re, b.re), kmp_mul(g, a.im, b.im)),
-                         kmp_add(g, kmp_mul(g, a.re, b.im), kmp_mul(g, a.im, b.re))};
-}
-
-static complex_ref power_of(kmp_graph *g, complex_ref z, int n)
-{
-    complex_ref result = {KMP_ONE, KMP_ZERO};
+    kmp_ref z[2] = {of[0], of[1]};
+    result[0] = KMP_ONE;
+    result[1] = KMP_ZERO;
     for (; n > 0; n /= 2) {
         if (n % 2)
-            result = times(g, result, z);
-        z = times(g, z, z);
+            kmp_plane_turn(g, result, z, result);
+        kmp_plane_turn(g, z, z, z);
     }
-    return result;
 }
 
 /* The place as it is at the first copy when the nearest one, or the second nearest, is turned there, if there are
  * copies. Returned: 1 where the second nearest one is the copy before the nearest one, 0 where it is the copy behind
  * it. */
-static kmp_ref fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool second, kmp_ref *x, kmp_ref *y)
+static kmp_ref fold_place(const kmp_tree *tree, const kmp_outline_part *part, bool second,
+                          const kmp_circle_place *place, kmp_ref at[2])
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_fold *fold = part->fold;
+    memcpy(at, place->at.x, 2 * sizeof *at);
     if (!fold)
         return KMP_ZERO;
     const int n = fold->copies;
-    const kmp_ref size = kmp_sqrt(g, kmp_add(g, kmp_mul(g, *x, *x), kmp_mul(g, *y, *y)));
-    const complex_ref unit = {kmp_div(g, *x, size), kmp_div(g, *y, size)};
-    const complex_ref back = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
-    const complex_ref turned = times(g, power_of(g, unit, n), back);
-    const kmp_ref right = stands(tree, part, fold, turned.im, KMP_OUTLINE_FOLD_LAG, "nearest copy");
+    const kmp_ref size = kmp_sqrt(g, kmp_plane_dot(g, at, at));
+    const kmp_ref unit[2] = {kmp_div(g, at[0], size), kmp_div(g, at[1], size)};
+    const kmp_ref back[2] = {kmp_const(g, cos(n * fold->middle)), kmp_const(g, -sin(n * fold->middle))};
+    kmp_ref turned[2];
+    power_of(g, unit, n, turned);
+    kmp_plane_turn(g, turned, back, turned);
+    const kmp_ref right = stands(tree, part, fold, turned[1], KMP_OUTLINE_FOLD_LAG, "nearest copy");
     const kmp_ref quarter = kmp_const(g, KMP_TURN / 4), one = kmp_const(g, 1.0 / n);
-    const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned.re), turned.im));
-    const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned.re, kmp_neg(turned.im)), quarter);
+    const kmp_ref left_angle = kmp_add(g, quarter, kmp_binary(g, KMP_OP_ATAN2, kmp_neg(turned[0]), turned[1]));
+    const kmp_ref right_angle = kmp_sub(g, kmp_binary(g, KMP_OP_ATAN2, turned[0], kmp_neg(turned[1])), quarter);
     kmp_ref angle = kmp_mul(g, one, kmp_select(g, right, right_angle, left_angle));
     if (second) {
         const kmp_ref step = kmp_const(g, KMP_TURN / n);
         angle = kmp_add(g, angle, kmp_select(g, right, step, kmp_neg(step)));
     }
     angle = kmp_add(g, angle, kmp_const(g, fold->middle));
-    *x = kmp_mul(g, size, kmp_cos(g, angle));
-    *y = kmp_mul(g, size, kmp_sin(g, angle));
+    at[0] = kmp_mul(g, size, kmp_cos(g, angle));
+    at[1] = kmp_mul(g, size, kmp_sin(g, angle));
     return right;
 }
 
-static kmp_ref along(kmp_graph *g, const double direction[2], const double from[2], kmp_ref x, kmp_ref y)
+/* A vector at the folded place, turned back to the copy where the place is, times the square of the distance from the
+ * origin. */
+static void unfold(kmp_graph *g, const kmp_circle_place *place, const kmp_ref at[2], const kmp_ref v[2], kmp_ref out[2])
 {
-    return kmp_add(g, kmp_mul(g, kmp_const(g, direction[0]), kmp_sub(g, x, kmp_const(g, from[0]))),
-                   kmp_mul(g, kmp_const(g, direction[1]), kmp_sub(g, y, kmp_const(g, from[1]))));
+    const kmp_ref back[2] = {at[0], kmp_neg(at[1])};
+    kmp_ref angle[2];
+    kmp_plane_turn(g, place->at.x, back, angle);
+    kmp_plane_turn(g, v, angle, out);
+}
+
+static kmp_ref along(kmp_graph *g, const double direction[2], const double from[2], const kmp_ref at[2])
+{
+    return kmp_add(g, kmp_mul(g, kmp_const(g, direction[0]), kmp_sub(g, at[0], kmp_const(g, from[0]))),
+                   kmp_mul(g, kmp_const(g, direction[1]), kmp_sub(g, at[1], kmp_const(g, from[1]))));
 }
 
 static kmp_ref inverse(kmp_graph *g, kmp_ref condition)
@@ -97,75 +104,69 @@ static kmp_ref inverse(kmp_graph *g, kmp_ref condition)
 }
 
 static kmp_ref is_beyond(const kmp_tree *tree, const kmp_outline_part *part, const kmp_outline_border *border,
-                         kmp_ref x, kmp_ref y)
+                         const kmp_ref at[2])
 {
-    kmp_graph *g = tree->graph;
-    return stands(tree, part, border, kmp_neg(along(g, border->along, border->place, x, y)),
+    return stands(tree, part, border, kmp_neg(along(tree->graph, border->along, border->place, at)),
                   KMP_OUTLINE_LAG * part->away, "beyond an end");
 }
 
 /* 1 behind the border where the piece begins, otherwise 0. `place`: not folded. */
-static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
-                      kmp_ref y)
+static kmp_ref begins(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place,
+                      const kmp_ref at[2])
 {
     kmp_graph *g = tree->graph;
-    const kmp_ref own = is_beyond(tree, part, part->low, x, y);
-    kmp_ref other_x = place->at.x[0], other_y = place->at.x[1];
+    const kmp_ref own = is_beyond(tree, part, part->low, at);
+    kmp_ref other_at[2];
     if (!part->fold || !part->before)
         return own;
-    const kmp_ref before = fold_place(tree, part, !part->second, &other_x, &other_y);
-    const kmp_ref other = is_beyond(tree, part, part->before->high[0], other_x, other_y);
+    const kmp_ref before = fold_place(tree, part, !part->second, place, other_at);
+    const kmp_ref other = is_beyond(tree, part, part->before->high[0], other_at);
     return part->second ? kmp_select(g, before, own, other) : kmp_select(g, before, other, own);
 }
 
 /* 1 where the solid of a sharp corner is on the free side of the line that it touches, otherwise 0. So a block
  * slides over the edge of a table without striking it. */
-static kmp_ref faces(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
-                     kmp_ref y)
+static kmp_ref faces(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place,
+                     const kmp_ref at[2])
 {
     kmp_graph *g = tree->graph;
-    const complex_ref normal = {kmp_const(g, part->piece.normal[0]), kmp_const(g, part->piece.normal[1])};
-    complex_ref out = normal;
-    if (part->fold) { /* turned back to the copy, times the square of the distance from the origin */
-        const complex_ref own = {place->at.x[0], place->at.x[1]}, back = {x, kmp_neg(y)};
-        out = times(g, normal, times(g, own, back));
-    }
-    kmp_ref rise[2];
+    kmp_ref out[2] = {kmp_const(g, part->piece.normal[0]), kmp_const(g, part->piece.normal[1])}, rise[2];
+    if (part->fold)
+        unfold(g, place, at, out, out);
     for (int k = 0; k < 2; k++)
-        rise[k] = kmp_add(g, kmp_mul(g, out.re, place->edge[k][0]), kmp_mul(g, out.im, place->edge[k][1]));
+        rise[k] = kmp_plane_dot(g, out, place->edge[k]);
     kmp_ref least = kmp_binary(g, KMP_OP_MIN, rise[0], rise[1]);
     if (part->fold)
-        least = kmp_div(g, least, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)));
+        least = kmp_div(g, least, kmp_plane_dot(g, at, at));
     return inverse(g, stands(tree, part, part->edge, kmp_add(g, least, kmp_const(g, KMP_OUTLINE_FACES)),
                              KMP_OUTLINE_FOLD_LAG, "the corner turns away"));
 }
 
 /* 1 between the borders, otherwise 0. */
-static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place, kmp_ref x,
-                       kmp_ref y)
+static kmp_ref between(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place,
+                       const kmp_ref at[2])
 {
     kmp_graph *g = tree->graph;
     kmp_ref within = KMP_ONE;
     if (part->low && part->high[0]) {
-        const kmp_ref low = begins(tree, part, place, x, y);
-        const kmp_ref high = inverse(g, is_beyond(tree, part, part->high[0], x, y));
+        const kmp_ref low = begins(tree, part, place, at);
+        const kmp_ref high = inverse(g, is_beyond(tree, part, part->high[0], at));
         within = part->either ? inverse(g, kmp_mul(g, inverse(g, low), inverse(g, high))) : kmp_mul(g, low, high);
     }
     for (int k = 1; k < 3; k++)
         if (part->high[k])
-            within = kmp_mul(g, within, inverse(g, is_beyond(tree, part, part->high[k], x, y)));
-    return part->meets_corner ? kmp_mul(g, within, faces(tree, part, place, x, y)) : within;
+            within = kmp_mul(g, within, inverse(g, is_beyond(tree, part, part->high[k], at)));
+    return part->meets_corner ? kmp_mul(g, within, faces(tree, part, place, at)) : within;
 }
 
 /* The distance of the place from the curve, positive on the free side. */
-static kmp_ref height_of(kmp_graph *g, const kmp_piece *piece, kmp_ref x, kmp_ref y)
+static kmp_ref height_of(kmp_graph *g, const kmp_piece *piece, const kmp_ref at[2])
 {
+    kmp_ref u[2];
     if (!piece->arc)
-        return along(g, piece->normal, piece->from, x, y);
-    const kmp_ref dx = kmp_sub(g, x, kmp_const(g, piece->centre[0])),
-                  dy = kmp_sub(g, y, kmp_const(g, piece->centre[1]));
-    const kmp_ref size = kmp_sqrt(g, kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy)));
-    const kmp_ref radius = kmp_const(g, piece->radius);
+        return along(g, piece->normal, piece->from, at);
+    kmp_plane_from(g, piece->centre, at, u);
+    const kmp_ref size = kmp_sqrt(g, kmp_plane_dot(g, u, u)), radius = kmp_const(g, piece->radius);
     return piece->turn < 0 ? kmp_sub(g, radius, size) : kmp_sub(g, size, radius);
 }
 
@@ -194,11 +195,14 @@ typedef struct run_row {
 } run_row;
 
 /* The pieces of a run: row 0 is of none, with the numbers of the first one. */
-typedef struct run_rows {
+typedef struct run {
+    kmp_graph *g;
     int count;
     run_row *row;
     double length, angle; /* of the whole */
-} run_rows;
+    kmp_ref index;        /* of the piece that counts, from 1; 0: none does */
+    kmp_ref n[2], u[2];   /* of that piece: the normal of a line; the vector from the centre */
+} run;
 
 /* The numbers of a piece; *length and *angle: of the run before it, then with it. */
 static void put_row(const kmp_outline_part *part, double *row, double *length, double *angle)
@@ -233,39 +237,23 @@ static void put_row(const kmp_outline_part *part, double *row, double *length, d
     *length += hypot(piece->to[0] - piece->from[0], piece->to[1] - piece->from[1]);
 }
 
-static run_rows rows_of(kmp_graph *g, const kmp_outline_part *first)
-{
-    run_rows rows = {0};
-    for (const kmp_outline_part *part = first; part; part = part->next)
-        rows.count++;
-    rows.row = KMP_GRAPH_NEW(g, run_row, rows.count + 1);
-    int k = 1;
-    for (const kmp_outline_part *part = first; rows.row && part; part = part->next)
-        put_row(part, rows.row[k++].at, &rows.length, &rows.angle);
-    if (rows.row) {
-        rows.row[0] = rows.row[1];
-        rows.row[0].at[COLUMN_COUNTS] = 0;
-    }
-    return rows;
-}
-
-/* A number of the piece with an index, which is whole. */
-static kmp_ref number_of(kmp_graph *g, const run_rows *rows, int column, kmp_ref index)
+/* A number of the piece that counts. */
+static kmp_ref number_of(const run *r, int column)
 {
     bool equal = true;
-    double *x = KMP_GRAPH_NEW(g, double, 2 * (rows->count + 2));
-    if (!x || !rows->row)
+    double *x = KMP_GRAPH_NEW(r->g, double, 2 * (r->count + 2));
+    if (!x || !r->row)
         return KMP_ZERO;
-    double *y = x + rows->count + 2;
-    for (int k = 0; k < rows->count + 2; k++) {
+    double *y = x + r->count + 2;
+    for (int k = 0; k < r->count + 2; k++) {
         x[k] = k;
-        y[k] = rows->row[k <= rows->count ? k : 0].at[column]; /* the last one is not an index: it ends the last line */
+        y[k] = r->row[k <= r->count ? k : 0].at[column]; /* the last one is not an index: it ends the last line */
         equal = equal && y[k] == y[0];
     }
-    kmp_table *table = equal ? NULL : kmp_table_new(KMP_TABLE_LINEAR, rows->count + 2, x, y);
-    const int number = table ? kmp_graph_add_table(g, table) : -1;
+    kmp_table *table = equal ? NULL : kmp_table_new(KMP_TABLE_LINEAR, r->count + 2, x, y);
+    const int number = table ? kmp_graph_add_table(r->g, table) : -1;
     kmp_table_free(table);
-    return equal ? kmp_const(g, y[0]) : number < 0 ? KMP_ZERO : kmp_table_at(g, number, index);
+    return equal ? kmp_const(r->g, y[0]) : number < 0 ? KMP_ZERO : kmp_table_at(r->g, number, r->index);
 }
 
 /* 1 where the circle is before half of the solid behind a piece. */
@@ -288,7 +276,7 @@ static void end_inside(const kmp_tree *tree, const kmp_outline_part *part, kmp_r
 
 /* Runs end where a circle presses on both sides of a hollow corner and one of them counts no more: beyond its border,
  * before the surface of the circle leaves the piece, and as near to the corner as there are only its sides. */
-static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bool at_end, kmp_ref x, kmp_ref y,
+static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bool at_end, const kmp_ref at[2],
                           kmp_ref gap)
 {
     kmp_graph *g = tree->graph;
@@ -297,9 +285,9 @@ static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bo
     kmp_piece_tangent(&part->piece, at_end, out);
     for (int i = 0; i < 2 && !at_end; i++)
         out[i] = -out[i];
-    const kmp_ref dx = kmp_sub(g, x, kmp_const(g, corner[0])), dy = kmp_sub(g, y, kmp_const(g, corner[1]));
-    const kmp_ref beyond = kmp_sub(g, kmp_const(g, reach), along(g, out, corner, x, y));
-    const kmp_ref square = kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy));
+    kmp_ref d[2];
+    kmp_plane_from(g, corner, at, d);
+    const kmp_ref beyond = kmp_sub(g, kmp_const(g, reach), along(g, out, corner, at)), square = kmp_plane_dot(g, d, d);
     const kmp_ref near = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 / (4 * reach)), square), kmp_const(g, reach));
     kmp_tree_end(tree, part, PART_LEAVES_CORNER + at_end,
                  kmp_binary(g, KMP_OP_MAX, beyond, kmp_binary(g, KMP_OP_MAX, gap, near)),
@@ -307,47 +295,41 @@ static void end_in_corner(const kmp_tree *tree, const kmp_outline_part *part, bo
                  "contact '%s' is deeper behind a hollow corner than half of the way to the next piece", part->name);
 }
 
-/* The index of the piece that counts, from 1; 0: none does. */
-static kmp_ref index_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
-                        kmp_ref y)
+static run run_of(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place,
+                  const kmp_ref at[2])
 {
     kmp_graph *g = tree->graph;
-    kmp_ref index = KMP_ZERO;
+    run r = {.g = g, .index = KMP_ZERO};
+    for (const kmp_outline_part *part = first; part; part = part->next)
+        r.count++;
+    r.row = KMP_GRAPH_NEW(g, run_row, r.count + 1);
     int k = 1;
-    for (const kmp_outline_part *part = first; part; part = part->next, k++) {
-        const kmp_ref within = between(tree, part, place, x, y);
-        const kmp_ref outside = is_outside(tree, part, within, height_of(g, &part->piece, x, y));
-        index = kmp_select(g, kmp_mul(g, within, outside), kmp_const(g, k), index);
+    for (const kmp_outline_part *part = first; r.row && part; part = part->next, k++) {
+        put_row(part, r.row[k].at, &r.length, &r.angle);
+        const kmp_ref within = between(tree, part, place, at);
+        const kmp_ref outside = is_outside(tree, part, within, height_of(g, &part->piece, at));
+        r.index = kmp_select(g, kmp_mul(g, within, outside), kmp_const(g, k), r.index);
     }
-    return index;
+    if (r.row) {
+        r.row[0] = r.row[1];
+        r.row[0].at[COLUMN_COUNTS] = 0;
+    }
+    for (int i = 0; i < 2; i++) {
+        r.n[i] = number_of(&r, COLUMN_NORMAL_X + i);
+        r.u[i] = kmp_sub(g, at[i], number_of(&r, COLUMN_CENTRE_X + i));
+    }
+    return r;
 }
 
-/* The vector from the centre of the piece with an index. */
-static void from_centre(kmp_graph *g, const run_rows *rows, kmp_ref index, kmp_ref x, kmp_ref y, kmp_ref u[2])
-{
-    u[0] = kmp_sub(g, x, number_of(g, rows, COLUMN_CENTRE_X, index));
-    u[1] = kmp_sub(g, y, number_of(g, rows, COLUMN_CENTRE_Y, index));
-}
-
-static kmp_ref product_sum(kmp_graph *g, kmp_ref a, kmp_ref b, kmp_ref c, kmp_ref d)
-{
-    return kmp_add(g, kmp_mul(g, a, b), kmp_mul(g, c, d));
-}
-
-static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
-                       kmp_ref y, kmp_ref radius)
+static kmp_ref run_gap(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place,
+                       const kmp_ref at[2], kmp_ref radius)
 {
     kmp_graph *g = tree->graph;
-    const run_rows rows = rows_of(g, first);
-    const kmp_ref index = index_of(tree, first, place, x, y), counts = number_of(g, &rows, COLUMN_COUNTS, index);
-    const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
-    kmp_ref u[2];
-    from_centre(g, &rows, index, x, y, u);
-    const kmp_ref size = kmp_sqrt(g, product_sum(g, u[0], u[0], u[1], u[1]));
-    const kmp_ref around = kmp_mul(g, number_of(g, &rows, COLUMN_ROUND, index), size);
-    const kmp_ref height =
-        kmp_sub(g, kmp_add(g, product_sum(g, nx, x, ny, y), around), number_of(g, &rows, COLUMN_HEIGHT, index));
-    end_inside(tree, first, counts, kmp_add(g, height, number_of(g, &rows, COLUMN_INSIDE, index)));
+    const run r = run_of(tree, first, place, at);
+    const kmp_ref counts = number_of(&r, COLUMN_COUNTS), size = kmp_sqrt(g, kmp_plane_dot(g, r.u, r.u));
+    const kmp_ref around = kmp_mul(g, number_of(&r, COLUMN_ROUND), size);
+    const kmp_ref height = kmp_sub(g, kmp_add(g, kmp_plane_dot(g, r.n, at), around), number_of(&r, COLUMN_HEIGHT));
+    end_inside(tree, first, counts, kmp_add(g, height, number_of(&r, COLUMN_INSIDE)));
     return kmp_select(g, counts, kmp_sub(g, height, radius), kmp_const(g, first->away));
 }
 
@@ -356,23 +338,17 @@ static kmp_ref run_way(const kmp_tree *tree, const kmp_outline_part *first, cons
                        kmp_ref radius, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
-    const run_rows rows = rows_of(g, first);
-    kmp_ref x = place->at.x[0], y = place->at.x[1];
-    (void)fold_place(tree, first, first->second, &x, &y);
-    const kmp_ref index = index_of(tree, first, place, x, y);
-    const kmp_ref nx = number_of(g, &rows, COLUMN_NORMAL_X, index), ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
-    const kmp_ref ox = number_of(g, &rows, COLUMN_OUT_X, index), oy = number_of(g, &rows, COLUMN_OUT_Y, index);
-    const kmp_ref round = number_of(g, &rows, COLUMN_ROUND, index);
-    const kmp_ref reach = kmp_add(g, number_of(g, &rows, COLUMN_RADIUS, index), kmp_mul(g, round, radius));
-    kmp_ref u[2];
-    from_centre(g, &rows, index, x, y, u);
-    const kmp_ref left = product_sum(g, ox, u[1], kmp_neg(oy), u[0]), out = product_sum(g, ox, u[0], oy, u[1]);
-    const kmp_ref around = kmp_mul(g, reach, kmp_binary(g, KMP_OP_ATAN2, left, out));
-    const kmp_ref begins = kmp_add(g, number_of(g, &rows, COLUMN_WAY, index),
-                                   kmp_mul(g, radius, number_of(g, &rows, COLUMN_ANGLE, index)));
-    if (rows.angle > KMP_TURN * (1 - KMP_WRITTEN_DIGITS)) /* all round a closed shape */
-        *turn = kmp_add(g, kmp_const(g, rows.length / KMP_TURN), radius);
-    return kmp_add(g, kmp_add(g, product_sum(g, nx, y, kmp_neg(ny), x), around), begins);
+    kmp_ref at[2];
+    (void)fold_place(tree, first, first->second, place, at);
+    const run r = run_of(tree, first, place, at);
+    const kmp_ref o[2] = {number_of(&r, COLUMN_OUT_X), number_of(&r, COLUMN_OUT_Y)};
+    const kmp_ref reach = kmp_add(g, number_of(&r, COLUMN_RADIUS), kmp_mul(g, number_of(&r, COLUMN_ROUND), radius));
+    const kmp_ref angle = kmp_binary(g, KMP_OP_ATAN2, kmp_plane_cross(g, o, r.u), kmp_plane_dot(g, o, r.u));
+    const kmp_ref around = kmp_mul(g, reach, angle);
+    const kmp_ref begins = kmp_add(g, number_of(&r, COLUMN_WAY), kmp_mul(g, radius, number_of(&r, COLUMN_ANGLE)));
+    if (r.angle > KMP_TURN * (1 - KMP_WRITTEN_DIGITS)) /* all round a closed shape */
+        *turn = kmp_add(g, kmp_const(g, r.length / KMP_TURN), radius);
+    return kmp_add(g, kmp_add(g, kmp_plane_cross(g, r.n, at), around), begins);
 }
 
 /* -- contacts ------------------------------------------------------------------------------------------ */
@@ -382,89 +358,83 @@ kmp_ref kmp_outline_gap(const kmp_tree *tree, const kmp_contact_pair *touch, con
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1];
-    (void)fold_place(tree, part, part->second, &x, &y);
+    kmp_ref at[2];
+    (void)fold_place(tree, part, part->second, place, at);
     if (part->next)
-        return run_gap(tree, part, place, x, y, radius);
-    const kmp_ref height = height_of(g, &part->piece, x, y);
-    const kmp_ref between_ends = between(tree, part, place, x, y);
+        return run_gap(tree, part, place, at, radius);
+    const kmp_ref height = height_of(g, &part->piece, at);
+    const kmp_ref between_ends = between(tree, part, place, at);
     const kmp_ref within = kmp_mul(g, between_ends, is_outside(tree, part, between_ends, height));
     if (part->depth < INFINITY)
         end_inside(tree, part, within, kmp_add(g, height, kmp_const(g, KMP_OUTLINE_INSIDE * part->depth)));
     for (int end = 0; end < 2; end++)
         if (part->reach[end] > 0)
-            end_in_corner(tree, part, end, x, y, kmp_sub(g, height, radius));
+            end_in_corner(tree, part, end, at, kmp_sub(g, height, radius));
     return kmp_select(g, within, kmp_sub(g, height, radius), kmp_const(g, part->away));
 }
 
-static void piece_normal(kmp_graph *g, const kmp_piece *piece, kmp_ref x, kmp_ref y, kmp_ref normal[2])
+/* The gradient of the height of a piece, or of a run. */
+static void piece_normal(kmp_graph *g, const kmp_piece *piece, const kmp_ref at[2], kmp_ref normal[2])
 {
     for (int i = 0; i < 2; i++)
         normal[i] = kmp_const(g, piece->normal[i]);
     if (!piece->arc)
         return;
-    const kmp_ref dx = kmp_sub(g, x, kmp_const(g, piece->centre[0])),
-                  dy = kmp_sub(g, y, kmp_const(g, piece->centre[1]));
-    const kmp_ref size = kmp_sqrt(g, product_sum(g, dx, dx, dy, dy));
+    kmp_ref u[2];
+    kmp_plane_from(g, piece->centre, at, u);
+    const kmp_ref size = kmp_sqrt(g, kmp_plane_dot(g, u, u));
     const kmp_ref over = kmp_div(g, kmp_const(g, piece->turn < 0 ? -1 : 1), size);
-    normal[0] = kmp_mul(g, over, dx);
-    normal[1] = kmp_mul(g, over, dy);
+    for (int i = 0; i < 2; i++)
+        normal[i] = kmp_mul(g, over, u[i]);
 }
 
-/* The gradient of the height in run_gap. */
-static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place, kmp_ref x,
-                       kmp_ref y, kmp_ref normal[2])
+static void run_normal(const kmp_tree *tree, const kmp_outline_part *first, const kmp_circle_place *place,
+                       const kmp_ref at[2], kmp_ref normal[2])
 {
     kmp_graph *g = tree->graph;
-    const run_rows rows = rows_of(g, first);
-    const kmp_ref index = index_of(tree, first, place, x, y), nx = number_of(g, &rows, COLUMN_NORMAL_X, index);
-    const kmp_ref ny = number_of(g, &rows, COLUMN_NORMAL_Y, index);
-    kmp_ref u[2];
-    from_centre(g, &rows, index, x, y, u);
-    const kmp_ref size = kmp_sqrt(g, product_sum(g, u[0], u[0], u[1], u[1]));
-    const kmp_ref over = kmp_div(g, number_of(g, &rows, COLUMN_ROUND, index), size);
-    normal[0] = kmp_add(g, nx, kmp_mul(g, over, u[0]));
-    normal[1] = kmp_add(g, ny, kmp_mul(g, over, u[1]));
+    const run r = run_of(tree, first, place, at);
+    const kmp_ref size = kmp_sqrt(g, kmp_plane_dot(g, r.u, r.u));
+    const kmp_ref over = kmp_div(g, number_of(&r, COLUMN_ROUND), size);
+    for (int i = 0; i < 2; i++)
+        normal[i] = kmp_add(g, r.n[i], kmp_mul(g, over, r.u[i]));
 }
 
-/* The normal at the folded place, turned back to the copy where the place is. */
 void kmp_outline_normal(const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_circle_place *place,
                         kmp_ref normal[2])
 {
     kmp_graph *g = tree->graph;
     const kmp_outline_part *part = touch->side[1].piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1];
-    (void)fold_place(tree, part, part->second, &x, &y);
+    kmp_ref at[2];
+    (void)fold_place(tree, part, part->second, place, at);
     if (part->next)
-        run_normal(tree, part, place, x, y, normal);
+        run_normal(tree, part, place, at, normal);
     else
-        piece_normal(g, &part->piece, x, y, normal);
+        piece_normal(g, &part->piece, at, normal);
     if (!part->fold)
         return;
-    const kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y));
-    const complex_ref folded = {normal[0], normal[1]}, own = {place->at.x[0], place->at.x[1]}, back = {x, kmp_neg(y)};
-    const complex_ref turned = times(g, folded, times(g, own, back));
-    normal[0] = kmp_div(g, turned.re, square);
-    normal[1] = kmp_div(g, turned.im, square);
+    const kmp_ref square = kmp_plane_dot(g, at, at);
+    unfold(g, place, at, normal, normal);
+    for (int i = 0; i < 2; i++)
+        normal[i] = kmp_div(g, normal[i], square);
 }
 
-/* Of a circle about (x, y): the length along a line, or the angle from the middle of an arc, which starts again on the
+/* Of a circle about a place: the length along a line, or the angle from the middle of an arc, which starts again on the
  * other side, and the distance from the arc's centre. */
 static kmp_ref around(const kmp_tree *tree, const kmp_outline_part *part, const kmp_circle_place *place,
                       kmp_ref *distance)
 {
     kmp_graph *g = tree->graph;
     const kmp_piece *piece = &part->piece;
-    kmp_ref x = place->at.x[0], y = place->at.x[1];
+    kmp_ref at[2];
     double middle[2], normal[2];
-    (void)fold_place(tree, part, part->second, &x, &y);
+    (void)fold_place(tree, part, part->second, place, at);
     kmp_piece_tangent(piece, false, middle);
     if (!piece->arc)
-        return along(g, middle, piece->from, x, y);
+        return along(g, middle, piece->from, at);
     kmp_piece_place(piece, 0.5, middle, normal);
     const double sign = piece->turn < 0 ? -1 : 1, out[2] = {sign * normal[0], sign * normal[1]};
     const double left[2] = {-out[1], out[0]};
-    const kmp_ref sine = along(g, left, piece->centre, x, y), cosine = along(g, out, piece->centre, x, y);
+    const kmp_ref sine = along(g, left, piece->centre, at), cosine = along(g, out, piece->centre, at);
     *distance = kmp_sqrt(g, kmp_add(g, kmp_mul(g, sine, sine), kmp_mul(g, cosine, cosine)));
     return kmp_binary(g, KMP_OP_ATAN2, sine, cosine);
 }

@@ -50,21 +50,18 @@ typedef struct span {
     kmp_vec along; /* unit vector across the axis */
 } span;
 
-/* From a sphere's centre to both its neighbours. */
-static void from_ball(const path *p, kmp_vec from[2])
+/* From a place to another one. */
+static kmp_vec from_to(const path *p, int k, int other)
 {
-    for (int k = 0; k < 2; k++)
-        from[k] = kmp_vec_sub(p->tree->graph, kmp_point_position(p->tree, p->rope->places[2 * k].point, p->link),
-                              kmp_point_position(p->tree, p->rope->places[1].point, p->link));
+    return kmp_vec_sub(p->tree->graph, kmp_point_position(p->tree, p->rope->places[other].point, p->link),
+                       kmp_point_position(p->tree, p->rope->places[k].point, p->link));
 }
 
 /* The unit normal of the plane of a sphere's centre and both its neighbours, about which the rope turns to the left. */
 static kmp_vec plane_of_ball(const path *p)
 {
     kmp_graph *g = p->tree->graph;
-    kmp_vec from[2];
-    from_ball(p, from);
-    const kmp_vec n = kmp_vec_cross(g, from[0], from[1]);
+    const kmp_vec from[2] = {from_to(p, 1, 0), from_to(p, 1, 2)}, n = kmp_vec_cross(g, from[0], from[1]);
     return kmp_vec_scale(g, kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_vec_dot(g, n, n))), n);
 }
 
@@ -90,11 +87,13 @@ static path path_of(const kmp_tree *tree, const kmp_rope *rope)
     return p;
 }
 
-static const char *point_name(const path *p, int place, const char **body)
+/* BODY.POINT */
+static const char *name_of(const path *p, int place)
 {
     const kmp_point *point = &p->tree->model->points[p->rope->places[place].point];
-    *body = p->tree->model->bodies[point->body].name;
-    return point->name;
+    const char *name = kmp_arena_printf(kmp_graph_arena(p->tree->graph), "%s.%s",
+                                        p->tree->model->bodies[point->body].name, point->name);
+    return name ? name : "";
 }
 
 /* The place after another one, and before it. */
@@ -132,13 +131,12 @@ static kmp_ref signed_radius(const path *p, int place)
 static void end_span(const path *p, int k, int next, kmp_ref difference, kmp_ref square)
 {
     kmp_graph *g = p->tree->graph;
-    const char *body[2], *name[2] = {point_name(p, k, &body[0]), point_name(p, next, &body[1])};
     if (p->rough > 0)
         return;
     const kmp_ref least = kmp_mul(g, kmp_const(g, LEAST_SPAN * LEAST_SPAN), kmp_mul(g, difference, difference));
     kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, SPAN_ENDS), where_it_holds(p, kmp_sub(g, square, least)),
                  "one of them has come to the rim of the other, where the rope has no free part left",
-                 "rope '%s': '%s.%s' and '%s.%s' touch", p->rope->name, body[0], name[0], body[1], name[1]);
+                 "rope '%s': '%s' and '%s' touch", p->rope->name, name_of(p, k), name_of(p, next));
 }
 
 /* True for the path on a cylinder along which it may rise. Its lengths are those across the axis. */
@@ -153,8 +151,7 @@ static span span_of(const path *p, int k)
     kmp_graph *g = p->tree->graph;
     const kmp_rope *rope = p->rope;
     const int next = after(p, k);
-    const kmp_vec whole = kmp_vec_sub(g, kmp_point_position(p->tree, rope->places[next].point, p->link),
-                                      kmp_point_position(p->tree, rope->places[k].point, p->link));
+    const kmp_vec whole = from_to(p, k, next);
     const kmp_ref all = kmp_vec_dot(g, whole, whole);
     if (rope->places[k].turn == 0 && rope->places[next].turn == 0) {
         const kmp_ref length = kmp_sqrt(g, all);
@@ -181,13 +178,12 @@ static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, 
     const kmp_ref cosine = kmp_vec_dot(g, first, second), c = kmp_const(g, cos(from)), s = kmp_const(g, sin(from));
     const kmp_ref change = kmp_binary(g, KMP_OP_ATAN2, kmp_sub(g, kmp_mul(g, c, sine), kmp_mul(g, s, cosine)),
                                       kmp_add(g, kmp_mul(g, c, cosine), kmp_mul(g, s, sine)));
-    const char *body, *name = point_name(p, k, &body);
     const kmp_ref left = kmp_sub(g, kmp_const(g, MOST_TURNED * MOST_TURNED), kmp_mul(g, change, change));
     if (p->rough > 0)
         return change;
     kmp_tree_end(p->tree, &p->rope->places[k], numbered(p, TURN_ENDS), where_it_holds(p, left),
                  "angles of a rope at a sheave are within half a turn of the start",
-                 "rope '%s' has turned by 3.1 rad about '%s.%s' since the start", p->rope->name, body, name);
+                 "rope '%s' has turned by 3.1 rad about '%s' since the start", p->rope->name, name_of(p, k));
     return change;
 }
 
@@ -195,14 +191,12 @@ static kmp_ref turned_from(const path *p, int k, kmp_vec first, kmp_vec second, 
 static void end_side(const path *p)
 {
     kmp_graph *g = p->tree->graph;
-    kmp_vec from[2];
-    const char *body, *name = point_name(p, 1, &body);
-    from_ball(p, from);
+    const kmp_vec from[2] = {from_to(p, 1, 0), from_to(p, 1, 2)};
     const kmp_ref sizes = kmp_mul(g, kmp_vec_dot(g, from[0], from[0]), kmp_vec_dot(g, from[1], from[1]));
     const kmp_ref opposite = kmp_mul(g, kmp_const(g, OPPOSITE), kmp_sqrt(g, sizes));
     kmp_tree_end(p->tree, &p->rope->places[1], SIDE_ENDS, kmp_add(g, kmp_vec_dot(g, from[0], from[1]), opposite),
                  "its neighbours are opposite each other, and the shorter way would jump to the other side",
-                 "rope '%s' lies over the middle of the sphere at '%s.%s'", p->rope->name, body, name);
+                 "rope '%s' lies over the middle of the sphere at '%s'", p->rope->name, name_of(p, 1));
 }
 
 static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
@@ -211,14 +205,13 @@ static kmp_ref wrap_between(const path *p, int k, kmp_vec in, kmp_vec out)
     const kmp_rope_place *place = &p->rope->places[k];
     const kmp_ref change = turned_from(p, k, in, out, place->turn * place->wrap);
     const kmp_ref wrap = kmp_add(g, kmp_const(g, place->wrap), place->turn > 0 ? change : kmp_neg(change));
-    const char *body, *name = point_name(p, k, &body);
     if (place->ball)
         end_side(p);
     if (place->leaves)
         return wrap;
     kmp_tree_end(p->tree, place, numbered(p, WRAP_ENDS), where_it_holds(p, kmp_sub(g, wrap, kmp_const(g, LEAST_WRAP))),
-                 "from here on it would be straight", "rope '%s' leaves the sheave at '%s.%s'", p->rope->name, body,
-                 name);
+                 "from here on it would be straight", "rope '%s' leaves the sheave at '%s'", p->rope->name,
+                 name_of(p, k));
     return wrap;
 }
 
@@ -230,9 +223,8 @@ static kmp_ref wrap_at(const path *p, int k)
 /* 1 where the rope is off the sheave that it may leave. */
 static kmp_ref is_off(const path *p, int k)
 {
-    const char *body, *name = point_name(p, k, &body);
-    return kmp_tree_condition(p->tree, &p->rope->places[k], OFF, wrap_at(p, k), 0, NULL, "rope '%s' is off '%s.%s'",
-                              p->rope->name, body, name);
+    return kmp_tree_condition(p->tree, &p->rope->places[k], OFF, wrap_at(p, k), 0, NULL, "rope '%s' is off '%s'",
+                              p->rope->name, name_of(p, k));
 }
 
 /* A value of the part of a path: with all sheaves, or without the one that it has left. */
@@ -324,12 +316,11 @@ static void end_layers(const path *p, int place, const kmp_table *t, kmp_ref wou
 {
     kmp_graph *g = p->tree->graph;
     const kmp_rope_place *own = &p->rope->places[place];
-    const char *body, *name = point_name(p, place, &body);
     const int last = t->count - 1;
     kmp_tree_end(p->tree, own, LAYERS, kmp_sub(g, wound, kmp_const(g, t->x[0])), "its table begins there",
-                 "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[0], body, name);
+                 "rope '%s' has come to %.6g rad on drum '%s'", p->rope->name, t->x[0], name_of(p, place));
     kmp_tree_end(p->tree, own, LAYERS + last, kmp_sub(g, kmp_const(g, t->x[last]), wound), "its table ends there",
-                 "rope '%s' has come to %.6g rad on drum '%s.%s'", p->rope->name, t->x[last], body, name);
+                 "rope '%s' has come to %.6g rad on drum '%s'", p->rope->name, t->x[last], name_of(p, place));
 }
 
 /* max(of - w_k, 0) at a point of the table, by the condition of w - w_k: the slope of r changes there. Rougher paths
@@ -340,12 +331,11 @@ static kmp_ref beyond_point(const path *p, int place, int k, kmp_ref wound, kmp_
     const kmp_rope_place *own = &p->rope->places[place];
     const double at = own->layers->table->x[k];
     const kmp_ref beyond = kmp_sub(g, of, kmp_const(g, at));
-    const char *body, *name = point_name(p, place, &body);
     if (p->rough > 0)
         return kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO);
     const kmp_ref less =
         kmp_tree_condition(p->tree, own, LAYERS + k, kmp_sub(g, wound, kmp_const(g, at)), 0, NULL,
-                           "rope '%s' has less than %.6g rad on drum '%s.%s'", p->rope->name, at, body, name);
+                           "rope '%s' has less than %.6g rad on drum '%s'", p->rope->name, at, name_of(p, place));
     return kmp_select(g, less, KMP_ZERO, beyond);
 }
 
@@ -421,10 +411,7 @@ static kmp_ref length_across(const path *p, int place)
 /* Along the axis, from the first place to the last one. */
 static kmp_ref rise_of(const path *p)
 {
-    const int last = p->rope->count - 1;
-    return kmp_vec_dot(p->tree->graph, p->axis,
-                       kmp_vec_sub(p->tree->graph, kmp_point_position(p->tree, p->rope->places[last].point, p->link),
-                                   kmp_point_position(p->tree, p->rope->places[0].point, p->link)));
+    return kmp_vec_dot(p->tree->graph, p->axis, from_to(p, 0, p->rope->count - 1));
 }
 
 /* A helix on the cylinder and its tangents are a straight line where the cylinder is unrolled. */
@@ -519,24 +506,18 @@ static void put_start(const kmp_tree *tree, int count, kmp_ref *values)
         kmp_graph_fail(g);
 }
 
-/* The length at the start, less what was paid out then. */
-static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref *length, kmp_ref *paid_out)
+/* Two values at the start: the length, and what was paid out then. */
+static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref values[2])
 {
-    kmp_graph *g = tree->graph;
-    kmp_tree plain;
-    kmp_ref values[2] = {KMP_ZERO, KMP_ZERO};
-    memset(&plain, 0, sizeof plain);
-    if (!kmp_tree_init(&plain, g, tree->model, tree->keep, false)) {
-        kmp_graph_fail(g);
-        kmp_tree_free(&plain);
-        return;
+    kmp_tree plain = {0};
+    if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
+        values[0] = kmp_rope_length(&plain, rope);
+        values[1] = paid(&plain, rope);
+        put_start(tree, 2, values);
+    } else {
+        kmp_graph_fail(tree->graph);
     }
-    values[0] = kmp_rope_length(&plain, rope);
-    values[1] = paid(&plain, rope);
-    put_start(tree, 2, values);
     kmp_tree_free(&plain);
-    *length = values[0];
-    *paid_out = values[1];
 }
 
 /* The free length of what has the length L at the start under the preload. */
@@ -557,10 +538,10 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
     const kmp_ref now = paid(tree, rope);
     if (rope->length && now == KMP_ZERO)
         return kmp_tree_expression(tree, rope->length);
-    kmp_ref length = KMP_ZERO, before = KMP_ZERO;
-    at_start(tree, rope, &length, &before);
-    length = rope->length ? kmp_tree_expression(tree, rope->length) : unloaded(tree, rope, length);
-    return kmp_add(g, length, kmp_sub(g, now, before));
+    kmp_ref start[2] = {KMP_ZERO, KMP_ZERO};
+    at_start(tree, rope, start);
+    const kmp_ref length = rope->length ? kmp_tree_expression(tree, rope->length) : unloaded(tree, rope, start[0]);
+    return kmp_add(g, length, kmp_sub(g, now, start[1]));
 }
 
 kmp_ref kmp_rope_tension(const kmp_tree *tree, const kmp_rope *rope)

@@ -56,6 +56,14 @@ kmp_vec kmp_vec_axis(kmp_ref s, int k)
     return r;
 }
 
+kmp_vec kmp_vec_along(kmp_graph *g, const kmp_ref x[3], const kmp_vec axes[3])
+{
+    kmp_vec sum = kmp_vec_scale(g, x[0], axes[0]);
+    for (int k = 1; k < 3; k++)
+        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, x[k], axes[k]));
+    return sum;
+}
+
 /* -- tensors and matrices ------------------------------------------------------------------------------ */
 
 const int kmp_tensor_at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};

@@ -21,6 +21,8 @@ kmp_ref kmp_vec_dot(kmp_graph *g, kmp_vec a, kmp_vec b);
 kmp_vec kmp_vec_cross(kmp_graph *g, kmp_vec a, kmp_vec b);
 /** s times unit vector k. */
 kmp_vec kmp_vec_axis(kmp_ref s, int k);
+/** The vector with these components along three axes. */
+kmp_vec kmp_vec_along(kmp_graph *g, const kmp_ref x[3], const kmp_vec axes[3]);
 
 /* The last operand is evaluated first. */
 #define kmp_vec_add(g, a, b)   KMP_LAST_FIRST(kmp_vec_add, g, a, b)

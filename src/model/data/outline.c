@@ -6,12 +6,12 @@
 #include <stddef.h>
 
 const char *const kmp_outline_words[KMP_OUTLINE_SHAPES] = {
-#define KMP_OUTLINE(kind, word, keys) #word,
+#define KMP_OUTLINE(kind, word, ...) #word,
 #include "model/data/outline_shapes.def"
 #undef KMP_OUTLINE
 };
 const char *const kmp_outline_more[KMP_OUTLINE_SHAPES] = {
-#define KMP_OUTLINE(kind, word, keys) keys,
+#define KMP_OUTLINE(kind, word, reader, keys) keys,
 #include "model/data/outline_shapes.def"
 #undef KMP_OUTLINE
 };

@@ -11,7 +11,7 @@ struct kmp_cam;
 
 /* The rows of outline_shapes.def. */
 typedef enum kmp_outline_shape {
-#define KMP_OUTLINE(kind, word, keys) KMP_OUTLINE_##kind,
+#define KMP_OUTLINE(kind, ...) KMP_OUTLINE_##kind,
 #include "model/data/outline_shapes.def"
 #undef KMP_OUTLINE
     KMP_OUTLINE_SHAPES

@@ -213,16 +213,11 @@ static void bound_side(kmp_arena *arena, const kmp_outline *outline, int k, bool
     const bool tip = part->tip[behind] != 0;
     double along[2];
     kmp_piece_tangent(piece, behind, along);
-    if (*shared && !tip) { /* the neighbour has made it */
-        if (behind)
-            part->high[0] = *shared;
-        else
-            part->low = *shared;
-        return;
-    }
     const double shift = tip ? KMP_OUTLINE_CORNER * kmp_outline_size(outline) : reach;
     const kmp_outline_border *border =
-        border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
+        *shared && !tip /* the neighbour has made it */
+            ? *shared
+            : border_at(arena, behind ? piece->to : piece->from, along, behind ? shift : -shift);
     if (behind)
         part->high[0] = border;
     else

@@ -2,6 +2,8 @@
 /* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "model/data/pose.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <stddef.h>
@@ -207,6 +209,26 @@ bool kmp_pose_at_zero(const kempe_model *model, kmp_arena *arena, kmp_pose_zero 
     return true;
 }
 
+bool kmp_is_parallel(const double a[3], const double b[3])
+{
+    double n[3];
+    kmp_cross3(a, b, n);
+    return kmp_dot3(n, n) <= KMP_SAME_AXIS * KMP_SAME_AXIS;
+}
+
+const char *kmp_joint_off_axis(const kempe_model *model, const kmp_pose_zero *at, int body, int up,
+                               const double axis[3], bool flat)
+{
+    for (; body != up; body = model->bodies[body].parent) {
+        const kmp_body *b = &model->bodies[body];
+        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++)
+            if (model->motions[k].rotation ? !kmp_is_parallel(at->axes[k], axis)
+                                           : flat && fabs(kmp_dot3(at->axes[k], axis)) > KMP_SAME_AXIS)
+                return b->joint;
+    }
+    return NULL;
+}
+
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose)
 {
     const kmp_point *at = &model->points[point];
@@ -214,6 +236,14 @@ void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const do
     move_to_point(model, at, q, pose);
     if (at->turned)
         turn(pose->r, &at->axes[0][0], false);
+}
+
+void kmp_pose_axis(const kempe_model *model, const kmp_pose_zero *at, int point, int axis, double w[3])
+{
+    kmp_pose pose;
+    kmp_pose_of_point(model, at->poses, at->q, point, &pose);
+    for (int i = 0; i < 3; i++)
+        w[i] = pose.r[i][axis];
 }
 
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */

@@ -41,6 +41,17 @@ typedef struct kmp_pose_zero {
 } kmp_pose_zero;
 bool kmp_pose_at_zero(const kempe_model *model, kmp_arena *arena, kmp_pose_zero *at);
 
+/** An axis of a point in the ground's axes, with all coordinates zero. */
+void kmp_pose_axis(const kempe_model *model, const kmp_pose_zero *at, int point, int axis, double w[3]);
+
+/** True for unit vectors of one axis. */
+bool kmp_is_parallel(const double a[3], const double b[3]);
+
+/** The joint on the way from a body up to another one with a rotation about an axis that is not parallel to this one
+ * or, where `flat`, with a translation along it. NULL: there is none. */
+const char *kmp_joint_off_axis(const kempe_model *model, const kmp_pose_zero *at, int body, int up,
+                               const double axis[3], bool flat);
+
 /** A point with its axes, at the coordinates of the poses. */
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const double *q, int point, kmp_pose *pose);
 

@@ -131,6 +131,18 @@ kmp_yaml *kmp_yaml_open(kmp_arena *arena, kmp_yaml *map, const char *key)
     return open;
 }
 
+const kmp_yaml *kmp_yaml_friction(kmp_arena *arena, kmp_place place, const char *sliding, const char *const level[2])
+{
+    kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, place), *friction = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, place);
+    for (int k = 0; k < 2; k++)
+        kmp_yaml_append(arena, levels, NULL, kmp_yaml_word(arena, place, level[k]));
+    kmp_yaml_put(arena, friction, place, "force", levels);
+    kmp_yaml_put_word(arena, entry, place, "sliding", sliding);
+    kmp_yaml_put(arena, entry, place, "friction", friction);
+    return entry;
+}
+
 kmp_yaml *kmp_yaml_copy(kmp_arena *arena, const kmp_yaml *from)
 {
     kmp_yaml *copy = kmp_yaml_new(arena, from->kind, from->place);

@@ -35,5 +35,8 @@ const kmp_yaml *kmp_yaml_with(kmp_arena *arena, const kmp_yaml *map, const char 
 /** A copy of the mapping of a key, in its place; an empty one where there is none. NULL: no memory. */
 kmp_yaml *kmp_yaml_open(kmp_arena *arena, kmp_yaml *map, const char *key);
 
+/** An entry of `forces` that is friction on a rate, with a level against each of its directions. */
+const kmp_yaml *kmp_yaml_friction(kmp_arena *arena, kmp_place place, const char *sliding, const char *const level[2]);
+
 /** The number of a key; -1: it is absent. */
 int kmp_yaml_find(const kmp_yaml *map, const char *key);

@@ -5,7 +5,6 @@
 #include "model/read/outline_pairs.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
-#include "linalg/dense/three.h"
 #include "model/data/angle_sum.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
@@ -242,23 +241,6 @@ int kmp_outline_pairs(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
 
 /* -- plane motion -------------------------------------------------------------------------------------- */
 
-/* The joint on the way from a body to another one that does not stay in the plane across an axis; NULL: none. */
-static const char *leaves_plane(const kempe_model *model, int body, int up, const double (*axes)[3], const double w[3])
-{
-    for (; body != up; body = model->bodies[body].parent) {
-        const kmp_body *b = &model->bodies[body];
-        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++) {
-            double n[3];
-            kmp_cross3(axes[k], w, n);
-            const bool along = fabs(kmp_dot(3, axes[k], w)) > KMP_OUTLINE_STRAIGHT,
-                       turned = kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT;
-            if (model->motions[k].rotation ? turned : along)
-                return b->joint;
-        }
-    }
-    return NULL;
-}
-
 /* All rotations between both sides are about the axis z of the outline's point, and no translation is along it; the
  * axis of the other outline is parallel to it, the normal of a plane across it. */
 static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_contact_pair *touch, int owner)
@@ -269,15 +251,14 @@ static bool check_plane(kmp_reader *r, const kmp_yaml *map, const char *what, co
     if (kmp_moves_across(model, point[1 - owner], &z))
         return true;
     kmp_pose_zero at;
-    kmp_pose pose;
+    double w[3];
     if (!kmp_pose_at_zero(model, &r->scratch, &at))
         return false;
-    kmp_pose_of_point(model, at.poses, at.q, point[owner], &pose);
-    const double w[3] = {pose.r[0][2], pose.r[1][2], pose.r[2][2]};
+    kmp_pose_axis(model, &at, point[owner], 2, w);
     const int body[2] = {model->points[point[0]].body, model->points[point[1]].body};
     const int top = kmp_model_common_body(model, body[0], body[1]);
-    const char *joint = leaves_plane(model, body[0], top, (const double(*)[3])at.axes, w);
-    joint = joint ? joint : leaves_plane(model, body[1], top, (const double(*)[3])at.axes, w);
+    const char *joint = kmp_joint_off_axis(model, &at, body[0], top, w, true);
+    joint = joint ? joint : kmp_joint_off_axis(model, &at, body[1], top, w, true);
     return kmp_complain_of(
         r, map, what, "an outline lies in the x-y plane of '%s.%s', and joint '%s' moves one side out of it",
         model->bodies[body[owner]].name, model->points[point[owner]].name, joint ? joint : "of a flexible body");
@@ -289,18 +270,12 @@ static bool check_axes(kmp_reader *r, const kmp_yaml *map, const char *what, con
     const kempe_model *model = r->model;
     const bool plane = touch->side[1].shape == KMP_TOUCH_PLANE;
     kmp_pose_zero at;
-    kmp_pose pose;
-    double w[2][3], n[3];
+    double w[2][3];
     if (!kmp_pose_at_zero(model, &r->scratch, &at))
         return false;
-    for (int k = 0; k < 2; k++) {
-        kmp_pose_of_point(model, at.poses, at.q, touch->side[k].point, &pose);
-        for (int i = 0; i < 3; i++)
-            w[k][i] = pose.r[i][k == 1 && plane ? touch->side[1].axis : 2];
-    }
-    kmp_cross3(w[0], w[1], n);
-    if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_OUTLINE_STRAIGHT
-              : kmp_dot(3, n, n) > KMP_OUTLINE_STRAIGHT * KMP_OUTLINE_STRAIGHT)
+    for (int k = 0; k < 2; k++)
+        kmp_pose_axis(model, &at, touch->side[k].point, k == 1 && plane ? touch->side[1].axis : 2, w[k]);
+    if (plane ? fabs(kmp_dot(3, w[0], w[1])) > KMP_SAME_AXIS : !kmp_is_parallel(w[0], w[1]))
         return kmp_complain_of(r, map, what,
                                plane ? "the normal of the plane is not in the x-y plane of the outline"
                                      : "the axes z of both outlines are not parallel");
@@ -389,18 +364,14 @@ static void check_start(kmp_reader *r, const kmp_force *force, const kmp_outline
 void kmp_settle_outlines(kmp_reader *r)
 {
     const kempe_model *model = r->model;
-    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
-    double *q = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    const double *q;
     bool assembled = false;
     for (int c = 0; c < model->closure_count; c++)
         assembled =
             assembled || !(kmp_closure_is_of_modes(&model->closures[c]) || kmp_closure_is_drive(&model->closures[c]));
-    if (model->outline_contact_count == 0 || assembled || r->wrong || !poses || !q || !model->start.q)
-        return;
-    for (int k = 0; k < model->motion_count; k++)
-        q[k] = kmp_start_coordinate(model, k, r->parameter_values);
-    kmp_pose_all(model, q, poses);
-    for (int c = 0; c < model->outline_contact_count; c++) {
+    const bool settles = model->outline_contact_count > 0 && !assembled && !r->wrong;
+    const kmp_pose *poses = settles ? kmp_start_poses(r, &q) : NULL;
+    for (int c = 0; poses && c < model->outline_contact_count; c++) {
         const kmp_outline_contact *contact = &model->outline_contacts[c];
         for (int k = 0; k < contact->count && !r->wrong; k++) {
             const kmp_force *force = &model->forces[contact->first + k * contact->step];

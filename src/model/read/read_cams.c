@@ -24,64 +24,61 @@ static const kmp_key place_keys[] = {
 
 static const char *const forms[] = {"roller", "knife", "flat"};
 
-static kmp_cam *new_cam(kmp_reader *r, kmp_outline *outline)
+static kmp_cam *new_cam(const kmp_outline_reading *c)
 {
-    kmp_cam *cam = KMP_ARENA_NEW(&r->model->arena, kmp_cam, 1);
+    kmp_cam *cam = KMP_ARENA_NEW(&c->r->model->arena, kmp_cam, 1);
     if (cam)
-        *cam = (kmp_cam){.outline = outline};
-    outline->closed = true;
-    outline->cam = cam;
+        *cam = (kmp_cam){.outline = c->outline};
+    c->outline->closed = true;
+    c->outline->cam = cam;
     return cam;
 }
 
 /* -- tables and places ----------------------------------------------------------------------------------- */
 
-bool kmp_read_cam_polar(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what,
-                        kmp_outline *outline)
+bool kmp_read_cam_polar(kmp_outline_reading *c)
 {
-    const int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
-    kmp_cam *cam = found < 0 ? NULL : new_cam(r, outline);
-    const kmp_named_table *table = found < 0 ? NULL : &r->model->tables[found];
-    (void)map;
+    const int found = kmp_read_reference(c->r, c->node, c->what, "table", KMP_NAMED(c->r->model, table));
+    kmp_cam *cam = found < 0 ? NULL : new_cam(c);
+    const kmp_named_table *table = found < 0 ? NULL : &c->r->model->tables[found];
     if (!cam || !table->table)
         return false;
     const kmp_table *t = table->table;
     const double range = t->x[t->count - 1] - t->x[0];
     if (t->method != KMP_TABLE_PERIODIC || table->rise != 0)
-        return kmp_complain_of(r, node, what,
-                               "the table '%s' must be a spline with 'periodic: yes': the profile has the same radius "
-                               "and slope at both ends",
-                               node->text);
+        return KMP_COMPLAIN(c, c->node,
+                            "the table '%s' must be a spline with 'periodic: yes': the profile has the same radius and "
+                            "slope at both ends",
+                            c->node->text);
     if (fabs(range - KMP_TURN) > KMP_WRITTEN_DIGITS * KMP_TURN)
-        return kmp_complain_of(r, node, what, "the table '%s' covers %.9g deg: a cam has one turn, 360 deg", node->text,
-                               range / DEGREE);
+        return KMP_COMPLAIN(c, c->node, "the table '%s' covers %.9g deg: a cam has one turn, 360 deg", c->node->text,
+                            range / DEGREE);
     for (int k = 0; k < t->count; k++)
         if (!(t->y[k] > 0))
-            return kmp_complain_of(r, node, what, "the radius is %.6g m at %.6g deg: it must be positive", t->y[k],
-                                   t->x[k] / DEGREE);
+            return KMP_COMPLAIN(c, c->node, "the radius is %.6g m at %.6g deg: it must be positive", t->y[k],
+                                t->x[k] / DEGREE);
     cam->table = table->table;
     return true;
 }
 
-bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what,
-                         kmp_outline *outline)
+bool kmp_read_cam_points(kmp_outline_reading *c)
 {
-    const char *of = kmp_reader_say(r, "%s: points", what);
-    (void)map;
-    if (!kmp_read_list(r, node, of, -1))
+    kmp_reader *r = c->r;
+    const char *of = kmp_reader_say(r, "%s: points", c->what);
+    if (!kmp_read_list(r, c->node, of, -1))
         return false;
-    const int count = node->count;
+    const int count = c->node->count;
     if (count < 4)
-        return kmp_complain_of(r, node, what, "a closed spline needs four places or more, not %d", count);
+        return KMP_COMPLAIN(c, c->node, "a closed spline needs four places or more, not %d", count);
     double *at = KMP_ARENA_NEW(&r->scratch, double, 3 * (count + 1)), area = 0;
-    kmp_cam *cam = at ? new_cam(r, outline) : NULL;
+    kmp_cam *cam = at ? new_cam(c) : NULL;
     if (!cam)
         return false;
     double *length = at, *place[2] = {at + count + 1, at + 2 * (count + 1)};
     for (int k = 0; k < count; k++)
         for (int i = 0; i < 2; i++)
-            if (!kmp_read_list(r, node->items[k], of, 2) ||
-                !kmp_read_fixed(r, node->items[k]->items[i], of, KMP_DIM_LENGTH, &place[i][k]))
+            if (!kmp_read_list(r, c->node->items[k], of, 2) ||
+                !kmp_read_fixed(r, c->node->items[k]->items[i], of, KMP_DIM_LENGTH, &place[i][k]))
                 return false;
     length[0] = 0;
     for (int k = 1; k <= count; k++) {
@@ -89,13 +86,13 @@ bool kmp_read_cam_points(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *nod
             place[i][k] = place[i][0];
         const double step = hypot(place[0][k] - place[0][k - 1], place[1][k] - place[1][k - 1]);
         if (!(step > 0))
-            return kmp_complain_of(r, node->items[k % count], what, "place %d is the same as place %d%s", k % count + 1,
-                                   k, k == count ? ": the spline closes itself" : "");
+            return KMP_COMPLAIN(c, c->node->items[k % count], "place %d is the same as place %d%s", k % count + 1, k,
+                                k == count ? ": the spline closes itself" : "");
         length[k] = length[k - 1] + step;
         area += place[0][k - 1] * place[1][k] - place[0][k] * place[1][k - 1];
     }
     if (!(area > 0))
-        return kmp_complain_of(r, node, what, "the places go clockwise: write them counter-clockwise");
+        return KMP_COMPLAIN(c, c->node, "the places go clockwise: write them counter-clockwise");
     for (int i = 0; i < 2; i++) {
         cam->place[i] = kmp_table_new(KMP_TABLE_PERIODIC, count + 1, length, place[i]);
         r->scratch.failed = r->scratch.failed || !cam->place[i];
@@ -210,7 +207,7 @@ static bool find_base(kmp_reader *r, const kmp_yaml *node, const char *what, dou
                                    "roller is %.6g m from the centre there",
                                    l, a, radius);
         cam->base = acos((a * a + l * l - radius * radius) / (2 * a * l));
-    } else if (cam->offset != 0) {
+    } else {
         if (!(radius > fabs(cam->offset)))
             return kmp_complain_of(r, node, what, "the offset is %.6g m, the base circle reaches only %.6g m",
                                    cam->offset, radius);
@@ -227,31 +224,30 @@ static bool find_base(kmp_reader *r, const kmp_yaml *node, const char *what, dou
     return true;
 }
 
-bool kmp_read_cam_law(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *node, const char *what, kmp_outline *outline)
+bool kmp_read_cam_law(kmp_outline_reading *c)
 {
-    kmp_cam *cam = new_cam(r, outline);
-    const kmp_yaml *base = kmp_read_required(r, map, what, "base");
-    const kmp_yaml *follower = kmp_read_required(r, map, what, "follower");
-    const char *of = kmp_reader_say(r, "%s: base", what), *its = kmp_reader_say(r, "%s: follower", what);
+    kmp_reader *r = c->r;
+    kmp_cam *cam = new_cam(c);
+    const kmp_yaml *base = kmp_read_required(r, c->map, c->what, "base");
+    const kmp_yaml *follower = kmp_read_required(r, c->map, c->what, "follower");
+    const char *of = kmp_reader_say(r, "%s: base", c->what), *its = kmp_reader_say(r, "%s: follower", c->what);
     double radius;
     if (!cam || !base || !follower || !kmp_read_map(r, follower, its, follower_keys) ||
         !read_form(r, follower, its, &cam->form, &cam->radius) || !read_line(r, follower, its, cam) ||
-        !read_parts(r, node, what, cam) ||
+        !read_parts(r, c->node, c->what, cam) ||
         !kmp_read_fixed_ruled(r, base, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius) ||
         kmp_read_choice_of(r, follower, "flat", its, kmp_yes, "flat is", 0) < 0)
         return false;
-    if (!find_base(r, node, what, radius + cam->radius, cam))
-        return false;
-    const kmp_cam_follower own = {outline, cam->form, cam->radius};
+    const kmp_cam_follower own = {c->outline, cam->form, cam->radius};
     kmp_cam_check hollow;
-    if (!kmp_check_follower(r, map, what, &own))
+    if (!find_base(r, c->node, c->what, radius + cam->radius, cam) || !kmp_check_follower(r, c->map, c->what, &own))
         return false;
     if (kmp_cam_is_hollow(cam, &hollow))
         kmp_reader_warn(
-            r, map->place,
+            r, c->map->place,
             "%s: the profile is hollow, with a least radius of %.4g m at the polar angle %.4g deg: a larger "
             "base makes it convex",
-            what, -1 / hollow.curvature, hollow.angle / DEGREE);
+            c->what, -1 / hollow.curvature, hollow.angle / DEGREE);
     return true;
 }
 

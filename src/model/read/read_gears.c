@@ -3,6 +3,7 @@
  * the carrier they turn about the axis of the first wheel, and from there about the axis of the second one, or move
  * along a rack. So planets, a turning housing and a ring fixed to the ground need no further words. */
 #include "model/read/read_gears.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "model/data/coordinates.h"
 #include "model/data/gear.h"
@@ -14,9 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Sines of angles between axes, and distances over the size of the mechanism, that count as zero: written places have
- * nine digits. A distance of the axes that differs by more from the one by teeth and module changes printed digits. */
-#define SAME_AXIS     1e-9
+/* A distance of the axes that differs by more from the one by teeth and module, relatively, changes printed digits. */
 #define SAME_DISTANCE 1e-6
 
 static const kmp_key gear_keys[] = {
@@ -136,13 +135,6 @@ static bool find_path(pair *p)
     return true;
 }
 
-static bool is_parallel(const double a[3], const double b[3])
-{
-    double c[3];
-    kmp_cross3(a, b, c);
-    return kmp_dot(3, c, c) <= SAME_AXIS * SAME_AXIS;
-}
-
 /* True if joints `from` to `to` have one axis: rotations about one line, or translations along one direction. */
 static bool is_one_axis(const pair *p, int from, int to)
 {
@@ -155,8 +147,9 @@ static bool is_one_axis(const pair *p, int from, int to)
         for (int i = 0; i < 3; i++)
             off[i] = p->at.places[m][i] - p->at.places[first][i];
         kmp_cross3(off, p->at.axes[first], across);
-        one = one && motions[m].rotation == motions[first].rotation && is_parallel(p->at.axes[m], p->at.axes[first]) &&
-              (!motions[m].rotation || sqrt(kmp_dot(3, across, across)) <= SAME_AXIS * p->length);
+        one = one && motions[m].rotation == motions[first].rotation &&
+              kmp_is_parallel(p->at.axes[m], p->at.axes[first]) &&
+              (!motions[m].rotation || sqrt(kmp_dot(3, across, across)) <= KMP_SAME_AXIS * p->length);
     }
     return one;
 }
@@ -224,42 +217,32 @@ static bool check_carrier(const pair *p)
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
 
-static bool read_own_number(const pair *p, const kmp_yaml *node, const char *key, kmp_gear_number number, bool angle)
+static bool read_own_number(const pair *p, const kmp_yaml *node, int number)
 {
-    const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
+    const char *key = kmp_gear_number_keys[number], *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
     kmp_number *own = &p->gear->number[number];
     if (!kmp_read_ruled(p->r, node, name, kmp_key_dimension(gear_keys, key),
                         number == KMP_GEAR_HELIX ? KMP_FIELD_NOT_NEGATIVE : KMP_FIELD_POSITIVE, own))
         return false;
-    if (angle && own->value >= 2 * atan(1))
+    if (number > KMP_GEAR_MODULE && own->value >= 2 * atan(1))
         return kmp_reader_complain(p->r, node->place, "%s is %.6g deg: it must be less than 90 deg", name,
                                    own->value * 45 / atan(1));
     return true;
 }
 
-/* One number for one wheel, a list of two for two. */
-static bool read_of_wheels(const pair *p, const char *key, int count,
-                           bool (*read)(const pair *, const kmp_yaml *, const char *, int), int first)
+/* Teeth, starts or radii: one number for one wheel, a list of two for two. */
+static bool read_of_wheels(const pair *p, const char *key, int first, int count)
 {
     const kmp_yaml *node = kmp_yaml_get(p->map, key);
-    if (count == 1)
-        return read(p, node, key, first);
-    bool good = kmp_read_list(p->r, node, kmp_reader_say(p->r, "%s: %s", p->what, key), 2);
-    for (int k = 0; k < 2 && good; k++)
-        good = read(p, node->items[k], key, k);
+    const char *name = kmp_reader_say(p->r, "%s: %s", p->what, key);
+    bool good = count == 1 || kmp_read_list(p->r, node, name, 2);
+    for (int k = 0; k < count && good; k++) {
+        const kmp_yaml *own = count == 1 ? node : node->items[k];
+        good = strcmp(key, "radius") == 0
+                   ? read_own_number(p, own, KMP_GEAR_RADIUS_1 + first + k)
+                   : kmp_read_whole(p->r, own, name, "is", 1, INFINITY, &p->gear->teeth[first + k]);
+    }
     return good;
-}
-
-/* Teeth, or starts. */
-static bool read_teeth_of(const pair *p, const kmp_yaml *node, const char *key, int which)
-{
-    return kmp_read_whole(p->r, node, kmp_reader_say(p->r, "%s: %s", p->what, key), "is", 1, INFINITY,
-                          &p->gear->teeth[which]);
-}
-
-static bool read_radius_of(const pair *p, const kmp_yaml *node, const char *key, int which)
-{
-    return read_own_number(p, node, key, which ? KMP_GEAR_RADIUS_2 : KMP_GEAR_RADIUS_1, false);
 }
 
 /* Teeth or radii of all wheels. */
@@ -274,10 +257,8 @@ static bool read_sizes(const pair *p)
         return KMP_COMPLAIN(p, p->map, "exactly one of the keys teeth, radius is expected");
     if (teeth && rack && !kmp_yaml_get(p->map, "module"))
         return KMP_COMPLAIN(p, p->map, "the wheel of a rack is given by radius, or by teeth and module");
-    if (worm && !read_teeth_of(p, kmp_yaml_get(p->map, "starts"), "starts", 0))
-        return false;
-    return read_of_wheels(p, teeth ? "teeth" : "radius", worm || rack ? 1 : 2, teeth ? read_teeth_of : read_radius_of,
-                          worm);
+    return (!worm || read_of_wheels(p, "starts", 0, 1)) &&
+           read_of_wheels(p, teeth ? "teeth" : "radius", worm, worm || rack ? 1 : 2);
 }
 
 static const char *const form_words[] = {"wheels with parallel axes", "bevel gears", "a worm", "a rack"};
@@ -304,20 +285,12 @@ static bool check_keys(const pair *p)
 
 static bool read_numbers(const pair *p)
 {
-    static const struct {
-        const char *key;
-        kmp_gear_number number;
-        bool angle;
-    } row[] = {{"module", KMP_GEAR_MODULE, false},
-               {"helix", KMP_GEAR_HELIX, true},
-               {"lead_angle", KMP_GEAR_LEAD, true},
-               {"pressure_angle", KMP_GEAR_PRESSURE, true}};
     static const char *const hands[] = {"right", "left"};
     bool good = check_keys(p) && read_sizes(p);
     (void)kmp_key_default(gear_keys, "pressure_angle", 1, &p->gear->number[KMP_GEAR_PRESSURE].value);
-    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
-        const kmp_yaml *node = kmp_yaml_get(p->map, row[k].key);
-        good = (!node || read_own_number(p, node, row[k].key, row[k].number, row[k].angle)) && good;
+    for (int k = KMP_GEAR_MODULE; k < KMP_GEAR_NUMBERS; k++) {
+        const kmp_yaml *node = kmp_yaml_get(p->map, kmp_gear_number_keys[k]);
+        good = (!node || read_own_number(p, node, k)) && good;
     }
     const int chosen = kmp_read_choice_of(p->r, p->map, "hand", p->what, KMP_NAMES_OF(hands), "hand is", 0);
     p->gear->left = chosen == 1;
@@ -387,16 +360,14 @@ static double size_of(const pair *p, int which)
     return p->gear->teeth[which] > 0 ? p->gear->teeth[which] : p->gear->number[KMP_GEAR_RADIUS_1 + which].value;
 }
 
-/* Distance from a axis to the centre of the other wheel, without the part along `a`, and along `b` too. */
-static double distance_across(const double from[3], const double to[3], const double a[3], const double *b,
-                              double across[3])
+/* From the first centre to the second one, without the part along the first axis, and along the second one, too. */
+static double distance_across(const pair *p, bool both, double across[3])
 {
-    double d[3];
     for (int i = 0; i < 3; i++)
-        d[i] = to[i] - from[i];
-    const double along[2] = {kmp_dot(3, d, a), b ? kmp_dot(3, d, b) : 0};
+        across[i] = p->centre[1][i] - p->centre[0][i];
+    const double along[2] = {kmp_dot(3, across, p->a[0]), both ? kmp_dot(3, across, p->a[1]) : 0};
     for (int i = 0; i < 3; i++)
-        across[i] = d[i] - along[0] * a[i] - (b ? along[1] * b[i] : 0);
+        across[i] = across[i] - along[0] * p->a[0][i] - along[1] * p->a[1][i];
     return sqrt(kmp_dot(3, across, across));
 }
 
@@ -404,14 +375,14 @@ static bool finish_parallel(const pair *p)
 {
     kmp_gear *gear = p->gear;
     double c[3];
-    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], NULL, c);
+    const double distance = distance_across(p, false, c);
     const bool same = kmp_dot(3, p->a[0], p->a[1]) > 0;
     gear->internal = kmp_yaml_get(p->map, "internal");
     gear->ring = !gear->internal ? -1 : size_of(p, 1) > size_of(p, 0);
     gear->sense = same == gear->internal ? 1 : -1;
     if (gear->internal && size_of(p, 0) == size_of(p, 1))
         return KMP_COMPLAIN(p, p->map, "the ring of an internal pair is larger than the wheel in it");
-    if (distance <= SAME_AXIS * p->length)
+    if (distance <= KMP_SAME_AXIS * p->length)
         return KMP_COMPLAIN(p, p->map, "both wheels turn about the same axis");
     if (!kmp_gear_has(gear, KMP_GEAR_MODULE))
         return true;
@@ -431,10 +402,10 @@ static bool finish_rack(const pair *p)
 {
     kmp_gear *gear = p->gear;
     double c[3], moved[3];
-    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
-    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
+    const double distance = distance_across(p, true, c);
+    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > KMP_SAME_AXIS)
         return KMP_COMPLAIN(p, p->map, "the rack does not move across the axis of the wheel");
-    if (distance <= SAME_AXIS * p->length)
+    if (distance <= KMP_SAME_AXIS * p->length)
         return KMP_COMPLAIN(
             p, p->map,
             "the rack's point is as high as the axis of the wheel: choose a point of the rack on the side "
@@ -464,7 +435,7 @@ static bool finish_bevel(const pair *p)
     double along[2];
     (void)lines_apart(p, along);
     for (int k = 0; k < 2; k++) {
-        if (fabs(along[k]) <= SAME_AXIS * p->length)
+        if (fabs(along[k]) <= KMP_SAME_AXIS * p->length)
             return KMP_COMPLAIN(p, p->map,
                                 "the axes of bevel gears meet at the point of '%s': give a point in the middle of its "
                                 "teeth, as BODY.POINT",
@@ -474,7 +445,7 @@ static bool finish_bevel(const pair *p)
     gear->sense = -gear->outwards[0] * gear->outwards[1];
     const double cosine = -gear->sense * kmp_dot(3, p->a[0], p->a[1]);
     for (int k = 0; k < 2; k++)
-        if (size_of(p, !k) + size_of(p, k) * cosine <= SAME_AXIS * size_of(p, k))
+        if (size_of(p, !k) + size_of(p, k) * cosine <= KMP_SAME_AXIS * size_of(p, k))
             return KMP_COMPLAIN(p, p->map,
                                 "the pitch cone of '%s' would open by 90 deg or more: the axes are at %.6g deg; give "
                                 "points where they are nearer, or other teeth",
@@ -487,8 +458,8 @@ static bool finish_worm(const pair *p)
     kmp_gear *gear = p->gear;
     const bool module = kmp_gear_has(gear, KMP_GEAR_MODULE), lead = kmp_gear_has(gear, KMP_GEAR_LEAD);
     double c[3], n[3];
-    const double distance = distance_across(p->centre[0], p->centre[1], p->a[0], p->a[1], c);
-    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > SAME_AXIS)
+    const double distance = distance_across(p, true, c);
+    if (fabs(kmp_dot(3, p->a[0], p->a[1])) > KMP_SAME_AXIS)
         return KMP_COMPLAIN(p, p->map, "the axes of a worm and its wheel cross at a right angle");
     if (module == lead)
         return KMP_COMPLAIN(p, p->map, "exactly one of the keys module, lead_angle is expected for a worm");
@@ -506,10 +477,10 @@ static bool find_form(const pair *p)
 {
     const kmp_yaml *starts = kmp_yaml_get(p->map, "starts");
     double along[2];
-    if (p->gear->form == KMP_GEAR_RACK || is_parallel(p->a[0], p->a[1]))
+    if (p->gear->form == KMP_GEAR_RACK || kmp_is_parallel(p->a[0], p->a[1]))
         return true;
     const double apart = lines_apart(p, along);
-    p->gear->form = apart <= SAME_AXIS * p->length ? KMP_GEAR_BEVEL : KMP_GEAR_WORM;
+    p->gear->form = apart <= KMP_SAME_AXIS * p->length ? KMP_GEAR_BEVEL : KMP_GEAR_WORM;
     if (p->gear->form == KMP_GEAR_WORM && !starts)
         return KMP_COMPLAIN(p, p->map,
                             "the axes of '%s' and '%s' pass each other at %.6g mm: bevel gears have axes that meet, "
@@ -581,44 +552,23 @@ static bool efficiency_words(kmp_reader *r, const kmp_yaml *gear, const char *wo
     return words[0] && words[1];
 }
 
-/* Adds the entry of a part of a gear to a section that has no other one of its name. */
-static void add_entry(kmp_reader *r, const kmp_yaml *key, const char *section, const char *part, const char *name,
-                      const kmp_yaml *entry, kmp_yaml *map)
+static void add_loss(const kmp_entry_owner *own, const kmp_yaml *gear, const char *const words[2])
 {
-    if (kmp_yaml_get(map, name))
-        kmp_reader_complain(r, key->place, "gear '%s': the section %s has '%s', the name of its %s, already", key->text,
-                            section, name, part);
-    else
-        kmp_yaml_put(&r->scratch, map, entry->place, name, entry);
-}
-
-static void add_loss(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, kmp_yaml *forces)
-{
-    const char *name = kmp_reader_own_name(r, key->place.file, key->text), *words[2];
-    kmp_arena *arena = &r->scratch;
-    if (!efficiency_words(r, gear, words))
-        return;
-    kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
-    kmp_yaml *friction = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
-    kmp_yaml *levels = kmp_yaml_new(arena, KMP_YAML_LIST, gear->place);
-    for (int k = 0; k < 2; k++) { /* against positive rates, and against negative ones */
-        const char *level = kmp_reader_say(r, "if(lambda(%s) %c 0, 1/(%s) - 1, 1 - (%s))*abs(lambda(%s))", name,
-                                           "><"[k], words[0], words[1], name);
-        kmp_yaml_append(arena, levels, NULL, kmp_yaml_word(arena, gear->place, level));
-    }
-    kmp_yaml_put(arena, friction, gear->place, "force", levels);
-    kmp_yaml_put_word(arena, entry, gear->place, "sliding", kmp_reader_say(r, "path(%s)", name));
-    kmp_yaml_put(arena, entry, gear->place, "friction", friction);
-    if (entry)
-        add_entry(r, key, "forces", "losses", kmp_reader_say(r, "%s_loss", key->text), entry, forces);
+    kmp_reader *r = own->r;
+    const char *name = kmp_reader_own_name(r, own->key->place.file, own->key->text), *levels[2];
+    for (int k = 0; k < 2; k++) /* against positive rates, and against negative ones */
+        levels[k] = kmp_reader_say(r, "if(lambda(%s) %c 0, 1/(%s) - 1, 1 - (%s))*abs(lambda(%s))", name, "><"[k],
+                                   words[0], words[1], name);
+    kmp_add_own_entry(own, "losses", "forces", kmp_reader_say(r, "%s_loss", own->key->text), gear->place,
+                      kmp_yaml_friction(&r->scratch, gear->place, kmp_reader_say(r, "path(%s)", name), levels));
 }
 
 /* An entry of a flank: the gap is half of the backlash less the transmission error, or more it. */
-static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, const char *flank, char sign,
-                      kmp_yaml *contacts)
+static void add_flank(const kmp_entry_owner *own, const kmp_yaml *gear, const char *flank, char sign)
 {
     static const char *const keys[] = {"stiffness", "damping", "restitution"};
-    const char *name = kmp_reader_own_name(r, key->place.file, key->text);
+    kmp_reader *r = own->r;
+    const char *name = kmp_reader_own_name(r, own->key->place.file, own->key->text);
     const kmp_yaml *backlash = kmp_yaml_get(gear, "backlash"), *stiffness = kmp_yaml_get(gear, "stiffness");
     kmp_arena *arena = &r->scratch;
     kmp_yaml *entry = kmp_yaml_new(arena, KMP_YAML_MAP, gear->place);
@@ -633,30 +583,26 @@ static void add_flank(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *gear, 
         if (!given && k == (stiffness ? 1 : 2))
             kmp_yaml_put_word(arena, entry, gear->place, keys[k], "0");
     }
-    if (entry)
-        add_entry(r, key, "contacts", "flank", kmp_reader_say(r, "%s_%s", key->text, flank), entry, contacts);
+    kmp_add_own_entry(own, "flank", "contacts", kmp_reader_say(r, "%s_%s", own->key->text, flank), gear->place, entry);
 }
 
 void kmp_read_gear_losses(kmp_reader *r)
 {
     const kmp_yaml *gears = kmp_yaml_get(r->root, "gears");
     const char *words[2];
-    kmp_yaml *root = NULL, *forces = NULL, *contacts = NULL;
+    kmp_yaml *root = NULL;
     for (int k = 0; gears && gears->kind == KMP_YAML_MAP && k < gears->count; k++) {
         const kmp_yaml *gear = gears->items[k];
         const bool loses = gear && efficiency_words(r, gear, words),
                    plays = gear && (kmp_yaml_get(gear, "stiffness") || kmp_yaml_get(gear, "backlash"));
         if (!root && (loses || plays))
             root = kmp_yaml_copy(&r->scratch, r->root);
-        if (root && loses && !forces)
-            forces = kmp_yaml_open(&r->scratch, root, "forces");
-        if (root && plays && !contacts)
-            contacts = kmp_yaml_open(&r->scratch, root, "contacts");
-        if (loses && forces)
-            add_loss(r, gears->keys[k], gear, forces);
-        if (plays && contacts) {
-            add_flank(r, gears->keys[k], gear, "front", '-', contacts);
-            add_flank(r, gears->keys[k], gear, "back", '+', contacts);
+        const kmp_entry_owner own = {r, "gear", gears->keys[k], root};
+        if (root && loses)
+            add_loss(&own, gear, words);
+        if (root && plays) {
+            add_flank(&own, gear, "front", '-');
+            add_flank(&own, gear, "back", '+');
         }
     }
     r->root = root ? root : r->root;

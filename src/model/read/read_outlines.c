@@ -15,15 +15,7 @@ static const kmp_key arc_keys[] = {
 #include "model/keys/outline_arc_keys.def"
     {0}};
 
-/* An outline that is being read. */
-typedef struct reading {
-    kmp_reader *r;
-    const kmp_yaml *map, *node; /* node: the value of its shape */
-    const char *what;
-    kmp_outline *outline;
-    kmp_outline_edge *edges;
-    int edge_count;
-} reading;
+typedef kmp_outline_reading reading;
 
 /* -- values -------------------------------------------------------------------------------------------- */
 
@@ -211,17 +203,6 @@ static bool read_path(reading *c)
     return read_chain(c, first, last) && close_path(c, first, last);
 }
 
-/* Cams are curves, without edges. */
-#define CAM(shape)                                                                                                     \
-    static bool read_##shape(reading *c)                                                                               \
-    {                                                                                                                  \
-        return kmp_read_cam_##shape(c->r, c->map, c->node, c->what, c->outline);                                       \
-    }
-
-CAM(polar)
-CAM(points)
-CAM(law)
-
 /* -- an outline ---------------------------------------------------------------------------------------- */
 
 /* Keys that another shape has. */
@@ -267,7 +248,7 @@ static void reverse(reading *c)
 }
 
 static bool (*const shape_readers[KMP_OUTLINE_SHAPES])(reading *) = {
-#define KMP_OUTLINE(kind, word, keys) [KMP_OUTLINE_##kind] = read_##word,
+#define KMP_OUTLINE(kind, word, reader, keys) [KMP_OUTLINE_##kind] = reader,
 #include "model/data/outline_shapes.def"
 #undef KMP_OUTLINE
 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The paths of ropes: places, the coordinates that turn drums, and the angles at the start. */
 #include "model/read/read_ropes.h"
-#include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
@@ -17,9 +17,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Sine of the angle between axes that counts as zero: written axes have nine digits. */
-#define SAME_AXIS 1e-9
-#define TURN      6.28318530717958647692
+#define TURN 6.28318530717958647692
 /* A wrap below zero by less, in rad, is none: the rope just touches its sheave, with rounding. */
 #define NO_WRAP 1e-6
 /* Slack over length that counts as zero at the start: written lengths have nine digits. */
@@ -47,20 +45,10 @@ typedef struct reading {
     const kmp_yaml *map, *list;
     const char *what;
     kmp_rope *rope;
-    const kmp_pose *poses; /* with all coordinates zero */
-    const double (*axes)[3];
+    const kmp_pose_zero *at;
 } reading;
 
 /* -- places -------------------------------------------------------------------------------------------- */
-
-static bool read_word_of(const reading *c, const kmp_yaml *map, const char *key, const char *const *words, int *found)
-{
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    if (node)
-        *found = kmp_read_choice(c->r, node, c->what, KMP_NAMES(words, strlen(words[2]) ? 3 : 2),
-                                 kmp_reader_say(c->r, "the %s is", key));
-    return *found >= 0;
-}
 
 /* The element of friction has its texts (rope_elements.c). With it the rotation of the sheave counts. */
 static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
@@ -78,15 +66,6 @@ static bool read_rim(const reading *c, const kmp_yaml *map, kmp_rope_place *plac
     return !groove || number.value <= HALF_TURN ||
            kmp_reader_complain(c->r, groove->place, "%s is %.6g deg: it is at most 180 deg, a flat rim", of[1],
                                number.value * 180 / HALF_TURN);
-}
-
-/* A key that is 'yes' or absent. */
-static bool read_yes(const reading *c, const kmp_yaml *map, const char *key, bool *is)
-{
-    static const char *const words[] = {"yes"};
-    const kmp_yaml *node = kmp_yaml_get(map, key);
-    *is = node && kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(words), kmp_reader_say(c->r, "%s is", key)) == 0;
-    return *is || !node;
 }
 
 /* Wheels of one belt or chain have its pitch. */
@@ -171,16 +150,17 @@ static bool read_layers(const reading *c, const kmp_yaml *map, const kmp_yaml *r
 
 static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *place)
 {
-    static const char *const ways[] = {"left", "right", ""}, *const letters[] = {"x", "y", "z"};
+    static const char *const ways[] = {"left", "right"};
     const kmp_yaml *radius = radius_of(c, map, place->drum), *turns = kmp_yaml_get(map, "turns");
     const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
-    int way = -1, axis = 2;
     double full = 0;
-    if (!kmp_read_required(c->r, map, c->what, "turn") || !read_word_of(c, map, "turn", ways, &way) ||
-        !read_word_of(c, map, "axis", letters, &axis))
+    if (!kmp_read_required(c->r, map, c->what, "turn"))
         return false;
+    const int way = kmp_read_choice_of(c->r, map, "turn", c->what, KMP_NAMES_OF(ways), "the turn is", -1);
     place->turn = way == 0 ? 1 : -1;
-    place->axis = axis;
+    place->axis = kmp_read_choice_of(c->r, map, "axis", c->what, kmp_axis_letters, "the axis is", 2);
+    if (way < 0 || place->axis < 0)
+        return false;
     if (radius && is_layered(c, radius)) {
         if (!read_layers(c, map, radius, place))
             return false;
@@ -195,8 +175,11 @@ static bool read_round(const reading *c, const kmp_yaml *map, kmp_rope_place *pl
     if (turns && !kmp_read_whole(c->r, turns, of, "is", 0, MOST_TURNS, &full))
         return false;
     place->wrap = TURN * full;
-    return read_rim(c, map, place) && read_yes(c, map, "may_leave", &place->leaves) &&
-           read_yes(c, map, "helix", &place->helix);
+    place->leaves = kmp_yaml_get(map, "may_leave");
+    place->helix = kmp_yaml_get(map, "helix");
+    return read_rim(c, map, place) &&
+           kmp_read_choice_of(c->r, map, "may_leave", c->what, kmp_yes, "may_leave is", 0) == 0 &&
+           kmp_read_choice_of(c->r, map, "helix", c->what, kmp_yes, "helix is", 0) == 0;
 }
 
 /* Keys that only a sheave between the ends has. */
@@ -269,22 +252,7 @@ static bool read_place(const reading *c, int k)
 static void axis_of(const reading *c, int k, double axis[3])
 {
     const kmp_rope_place *place = &c->rope->places[k];
-    const kempe_model *model = c->r->model;
-    kmp_pose pose;
-    const double *zero = KMP_ARENA_NEW(&c->r->scratch, double, model->motion_count + 1);
-    axis[0] = axis[1] = axis[2] = 0;
-    if (!zero)
-        return;
-    kmp_pose_of_point(model, c->poses, zero, place->point, &pose);
-    for (int i = 0; i < 3; i++)
-        axis[i] = pose.r[i][place->axis];
-}
-
-static double across(const double a[3], const double b[3])
-{
-    double n[3];
-    kmp_cross3(a, b, n);
-    return sqrt(kmp_dot(3, n, n));
+    kmp_pose_axis(c->r->model, c->at, place->point, place->axis, axis);
 }
 
 static const char *place_name(kmp_reader *r, const kmp_rope *rope, int k)
@@ -293,44 +261,30 @@ static const char *place_name(kmp_reader *r, const kmp_rope *rope, int k)
     return kmp_reader_say(r, "%s.%s", r->model->bodies[point->body].name, point->name);
 }
 
-/* All rotations from a body up to another one are about the axis. */
-static bool turns_about(const reading *c, int body, int up, const double axis[3], const char **joint)
-{
-    const kempe_model *model = c->r->model;
-    for (; body != up; body = model->bodies[body].parent)
-        for (int k = model->bodies[body].first_motion;
-             k < model->bodies[body].first_motion + model->bodies[body].motion_count; k++)
-            if (model->motions[k].rotation && across(c->axes[k], axis) > SAME_AXIS) {
-                *joint = model->bodies[body].joint;
-                return false;
-            }
-    return true;
-}
-
 /* The axis of place k is the axis of the place `plane`, and stays so. */
 static bool check_axis(const reading *c, int plane, int k, const double axis[3])
 {
     const kempe_model *model = c->r->model;
     double own[3];
-    const char *joint;
     axis_of(c, k, own);
-    if (across(own, axis) > SAME_AXIS)
-        return kmp_reader_complain(
-            c->r, c->list->items[k]->place,
-            "%s: the axes of '%s' and '%s' are not parallel, as they are in one rope; the key axis "
-            "selects x, y or z of a point",
-            c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k));
+    if (!kmp_is_parallel(own, axis))
+        return KMP_COMPLAIN(c, c->list->items[k],
+                            "the axes of '%s' and '%s' are not parallel, as they are in one rope; the key axis "
+                            "selects x, y or z of a point",
+                            place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k));
     if (kmp_dot(3, own, axis) < 0)
         c->rope->places[k].turn = -c->rope->places[k].turn;
     const int body[2] = {model->points[c->rope->places[plane].point].body,
                          model->points[c->rope->places[k].point].body};
     const int top = kmp_model_common_body(model, body[0], body[1]);
-    for (int side = 0; side < 2; side++)
-        if (!turns_about(c, body[side], top, axis, &joint))
-            return kmp_reader_complain(
-                c->r, c->list->items[k]->place,
-                "%s: the axes of '%s' and '%s' do not stay parallel, because joint '%s' turns about another axis",
-                c->what, place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k), joint);
+    for (int side = 0; side < 2; side++) {
+        const char *joint = kmp_joint_off_axis(model, c->at, body[side], top, axis, false);
+        if (joint)
+            return KMP_COMPLAIN(
+                c, c->list->items[k],
+                "the axes of '%s' and '%s' do not stay parallel, because joint '%s' turns about another axis",
+                place_name(c->r, c->rope, plane), place_name(c->r, c->rope, k), joint);
+    }
     return true;
 }
 
@@ -360,9 +314,9 @@ static bool check_moves(const reading *c)
 
 static bool is_about(const reading *c, int body, const double axis[3])
 {
-    const char *joint;
     const kempe_model *model = c->r->model;
-    return model->bodies[body].flexible == 0 && turns_about(c, body, model->bodies[body].parent, axis, &joint);
+    return model->bodies[body].flexible == 0 &&
+           !kmp_joint_off_axis(model, c->at, body, model->bodies[body].parent, axis, false);
 }
 
 /* The rotation of a drum against its carrier: the body of the whole path, or where a joint on the way turns about
@@ -379,7 +333,7 @@ static void find_rotation(const reading *c, int k, const double axis[3])
         for (int m = b->first_motion; m < b->first_motion + b->motion_count; m++)
             if (model->motions[m].rotation)
                 place->turning[place->turning_count++] =
-                    (kmp_rope_turning){m, kmp_dot(3, c->axes[m], axis) > 0 ? 1 : -1};
+                    (kmp_rope_turning){m, kmp_dot(3, c->at->axes[m], axis) > 0 ? 1 : -1};
         place->carrier = b->parent;
     }
 }
@@ -422,15 +376,14 @@ static bool read_kind(const reading *c)
     static const char *const others[] = {"length",  "axial_stiffness", "stiffness",  "damping",
                                          "preload", "slack",           "restitution"};
     const kmp_yaml *slack = kmp_yaml_get(c->map, "slack"), *restitution = kmp_yaml_get(c->map, "restitution");
+    const kmp_yaml *preload = kmp_yaml_get(c->map, "preload"), *force = kmp_yaml_get(c->map, "force");
     const int stiffness = kmp_count_keys(c->map, KMP_NAMES_OF(stiff), &(int){0});
-    const bool taut = slack && slack->kind == KMP_YAML_SCALAR && strcmp(slack->text, "no") == 0;
-    const kmp_yaml *preload = kmp_yaml_get(c->map, "preload");
-    const kmp_yaml *force = kmp_yaml_get(c->map, "force");
+    const bool taut = kmp_is_word(slack, "no");
     int other;
     if (force && kmp_count_keys(c->map, KMP_NAMES_OF(others), &other) > 0)
         return KMP_COMPLAIN(c, kmp_yaml_get(c->map, others[other]),
                             "a rope with a 'force' has no %s: its force is a law of distance and rate", others[other]);
-    if (slack && !taut && strcmp(slack->text, "yes") != 0)
+    if (slack && !taut && !kmp_is_word(slack, "yes"))
         return KMP_COMPLAIN(c, slack, "slack is yes or no");
     if (stiffness > 1)
         return KMP_COMPLAIN(c, c->map, "'axial_stiffness' and 'stiffness' exclude each other");
@@ -518,15 +471,10 @@ void kmp_read_ropes(kmp_reader *r)
     kmp_section s = kmp_read_section(r, "ropes", "rope");
     if (s.count == 0)
         return;
-    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
-    double(*axes)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *axes);
-    double(*places)[3] = kmp_arena_alloc(&r->scratch, (size_t)model->motion_count + 1, sizeof *places);
-    const double *zero = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    kmp_pose_zero at = {0};
     model->ropes = KMP_ARENA_NEW(&model->arena, kmp_rope, s.count);
-    if (r->scratch.failed || !model->ropes)
+    if (!model->ropes || (!r->wrong && !kmp_pose_at_zero(model, &r->scratch, &at)))
         return;
-    if (!r->wrong)
-        kmp_pose_motions(model, zero, poses, axes, places);
     while (kmp_section_next(&s)) {
         kmp_rope *rope = &model->ropes[model->rope_count++];
         *rope = (kmp_rope){.name = s.name, .place = s.node->place, .plane = -1};
@@ -535,8 +483,7 @@ void kmp_read_ropes(kmp_reader *r)
                             : -1;
         rope->closed = way == 1;
         if (way >= 0)
-            read_rope(
-                &(reading){r, s.node, kmp_yaml_get(s.node, ways[way]), s.what, rope, poses, (const double(*)[3])axes});
+            read_rope(&(reading){r, s.node, kmp_yaml_get(s.node, ways[way]), s.what, rope, &at});
     }
 }
 
@@ -559,28 +506,23 @@ static double signed_radius(const kmp_rope *rope, int k)
     return rope->places[k].turn * rope->places[k].radius.value;
 }
 
-static const char *name_of(const start_path *p, int k)
-{
-    return place_name(p->r, p->rope, k);
-}
-
 static bool complain_inside(const start_path *p, int k, int next, double distance, double needed)
 {
     const kmp_rope_place *places = p->rope->places;
     const double deep = 1e3 * (needed - distance);
     if (needed == 0)
         return kmp_reader_complain(p->r, p->rope->place, "rope '%s': '%s' and '%s' are at one place at the start",
-                                   p->rope->name, name_of(p, k), name_of(p, next));
+                                   p->rope->name, place_name(p->r, p->rope, k), place_name(p->r, p->rope, next));
     if (places[k].turn != 0 && places[next].turn != 0)
         return kmp_reader_complain(
             p->r, p->rope->place,
             "rope '%s': at the start the rims at '%s' and '%s' overlap by %.6g mm, so that no span lies between them",
-            p->rope->name, name_of(p, k), name_of(p, next), deep);
+            p->rope->name, place_name(p->r, p->rope, k), place_name(p->r, p->rope, next), deep);
     const int round = places[k].turn != 0 ? k : next;
     return kmp_reader_complain(
         p->r, p->rope->place, "rope '%s': at the start point '%s' is %.6g mm inside the %s at '%s' (radius %.6g mm)",
-        p->rope->name, name_of(p, round == k ? next : k), deep, places[round].ball ? "sphere" : "sheave",
-        name_of(p, round), 1e3 * places[round].radius.value);
+        p->rope->name, place_name(p->r, p->rope, round == k ? next : k), deep, places[round].ball ? "sphere" : "sheave",
+        place_name(p->r, p->rope, round), 1e3 * places[round].radius.value);
 }
 
 static bool find_span(start_path *p, int k)
@@ -610,7 +552,8 @@ static bool find_span(start_path *p, int k)
             p->r, p->rope->place,
             "rope '%s': at the start the span from '%s' to '%s' is %.3g deg out of the plane of the sheave; "
             "its force there is right for small angles",
-            p->rope->name, name_of(p, k), name_of(p, next), asin(fmin(fabs(deep) / p->length[k], 1)) * 360 / TURN);
+            p->rope->name, place_name(p->r, p->rope, k), place_name(p->r, p->rope, next),
+            asin(fmin(fabs(deep) / p->length[k], 1)) * 360 / TURN);
     return true;
 }
 
@@ -641,13 +584,28 @@ static double find_turn(const start_path *p, int k)
     return place->radius.value * place->wrap;
 }
 
-double kmp_start_coordinate(const kempe_model *model, int motion, const double *parameters)
+/* A coordinate at the start: as it is driven or written. */
+static double start_coordinate(const kempe_model *model, int motion, const double *parameters)
 {
     for (int c = 0; c < model->closure_count; c++)
         if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion &&
             model->closures[c].function)
             return kmp_expr_value_at(model->closures[c].function, parameters, 0);
     return model->start.q[motion].value;
+}
+
+const kmp_pose *kmp_start_poses(kmp_reader *r, const double **q)
+{
+    const kempe_model *model = r->model;
+    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
+    double *start = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
+    *q = start;
+    if (!poses || !start || !model->start.q)
+        return NULL;
+    for (int k = 0; k < model->motion_count; k++)
+        start[k] = start_coordinate(model, k, r->parameter_values);
+    kmp_pose_all(model, start, poses);
+    return poses;
 }
 
 /* Neighbours of a place that the rope is off have the angles of the path without it. False: that path has no span. */
@@ -674,11 +632,12 @@ static bool find_plane_of_ball(start_path *p)
     n = sqrt(kmp_dot(3, p->axis, p->axis));
     for (int i = 0; i < 3; i++)
         p->axis[i] /= n;
-    return n > SAME_AXIS * sqrt(kmp_dot(3, from[0], from[0]) * kmp_dot(3, from[1], from[1])) ||
+    return n > KMP_SAME_AXIS * sqrt(kmp_dot(3, from[0], from[0]) * kmp_dot(3, from[1], from[1])) ||
            kmp_reader_complain(p->r, p->rope->place,
                                "rope '%s': at the start '%s', '%s' and '%s' are in one line, so that the way round the "
                                "sphere is not defined",
-                               p->rope->name, name_of(p, 0), name_of(p, 1), name_of(p, 2));
+                               p->rope->name, place_name(p->r, p->rope, 0), place_name(p->r, p->rope, 1),
+                               place_name(p->r, p->rope, 2));
 }
 
 /* The length of a part; negative: it is wrong. */
@@ -716,14 +675,9 @@ static double settle(start_path *p)
 void kmp_settle_ropes(kmp_reader *r)
 {
     const kempe_model *model = r->model;
-    kmp_pose *poses = KMP_ARENA_NEW(&r->scratch, kmp_pose, model->body_count);
-    double *q = KMP_ARENA_NEW(&r->scratch, double, model->motion_count + 1);
-    if (model->rope_count == 0 || r->wrong || !poses || !q)
-        return;
-    for (int k = 0; k < model->motion_count; k++)
-        q[k] = kmp_start_coordinate(model, k, r->parameter_values);
-    kmp_pose_all(model, q, poses);
-    for (int k = 0; k < model->rope_count; k++) {
+    const double *q;
+    const kmp_pose *poses = model->rope_count == 0 || r->wrong ? NULL : kmp_start_poses(r, &q);
+    for (int k = 0; poses && k < model->rope_count; k++) {
         kmp_rope *rope = &model->ropes[k];
         const size_t count = (size_t)rope->count;
         double sum = 0, length;

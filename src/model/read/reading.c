@@ -2,6 +2,7 @@
 /* Errors and nodes: functions for every part of the reader. */
 #include "model/read/reading.h"
 #include "model/data/model.h"
+#include "model/files/nodes.h"
 #include "model/read/read_include.h"
 #include <string.h>
 
@@ -259,6 +260,22 @@ bool kmp_read_word_of(kmp_reader *r, const kmp_yaml *map, const char *what, cons
     const int word = kmp_read_choice_of(r, map, key, what, words, kmp_reader_say(r, "%s is", key), *found);
     *found = word < 0 ? *found : word;
     return word >= 0;
+}
+
+void kmp_add_own_entry(const kmp_entry_owner *owner, const char *part, const char *section, const char *name,
+                       kmp_place place, const kmp_yaml *entry)
+{
+    kmp_arena *arena = &owner->r->scratch;
+    const kmp_yaml *there = kmp_yaml_get(owner->root, section);
+    if (there && there->kind != KMP_YAML_MAP && !there->empty)
+        return;
+    kmp_yaml *map = kmp_yaml_open(arena, owner->root, section);
+    if (map && kmp_yaml_get(map, name))
+        kmp_reader_complain(owner->r, owner->key->place,
+                            "%s '%s': the section %s has '%s', the name of its %s, already", owner->kind,
+                            owner->key->text, section, name, part);
+    else if (map)
+        kmp_yaml_put(arena, map, place, name, entry);
 }
 
 int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, const char *kind, kmp_name_list names)

@@ -166,6 +166,19 @@ bool kmp_read_word_of(kmp_reader *r, const kmp_yaml *map, const char *what, cons
                       int *found);
 extern const kmp_name_list kmp_yes, kmp_no_or_yes, kmp_axis_letters; /* yes; no, yes; x, y, z */
 
+/** An entry of the model that adds entries to other sections before these are read: "rope", its key, the document. */
+typedef struct kmp_entry_owner {
+    kmp_reader *r;
+    const char *kind;
+    const kmp_yaml *key;
+    kmp_yaml *root;
+} kmp_entry_owner;
+
+/** Adds such an entry; an error where the section has its name already. `part`: what it is of the owner. A section that
+ * is not a mapping is reported where it is read. */
+void kmp_add_own_entry(const kmp_entry_owner *owner, const char *part, const char *section, const char *name,
+                       kmp_place place, const kmp_yaml *entry);
+
 /** The index of a name in a list of the model, as the node's file has it; -1 after an error: "WHAT: unknown KIND 'x'".
  */
 int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, const char *kind, kmp_name_list names);

@@ -375,16 +375,6 @@ static void watch_all(const rolling *c)
 
 /* -- forces and outputs ------------------------------------------------------------------------------------ */
 
-/* A vector by its components along the axes of the contact. */
-static kmp_vec along_axes(const rolling *c, const kmp_ref *x)
-{
-    kmp_graph *g = c->tree->graph;
-    kmp_vec sum = kmp_vec_scale(g, x[0], c->axis[0]);
-    for (int k = 1; k < 3; k++)
-        sum = kmp_vec_add(g, sum, kmp_vec_scale(g, x[k], c->axis[k]));
-    return sum;
-}
-
 static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -395,7 +385,7 @@ static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force
     watch_all(&c);
     if (c.tyre->state >= 0)
         relax(forces, &c);
-    const kmp_vec applied = along_axes(&c, found.force), moment = along_axes(&c, found.moment);
+    const kmp_vec applied = kmp_vec_along(g, found.force, c.axis), moment = kmp_vec_along(g, found.moment, c.axis);
     const int road = tree->model->roads[c.tyre->road].point;
     const int point[2] = {c.tyre->point, road};
     kmp_apply_between(forces, tree, point, 0, applied);
