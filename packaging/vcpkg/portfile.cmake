@@ -21,4 +21,5 @@ if("tools" IN_LIST FEATURES)
 endif()
 file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug/include" "${CURRENT_PACKAGES_DIR}/debug/share")
 vcpkg_install_copyright(FILE_LIST "${source}/LICENSE" "${source}/third_party/fmi/LICENSE.txt"
-    "${source}/third_party/three/LICENSE.txt" "${source}/third_party/chart/LICENSE.txt")
+    "${source}/third_party/three/LICENSE.txt" "${source}/third_party/chart/LICENSE.txt"
+    "${source}/third_party/codemirror/LICENSE.txt")
