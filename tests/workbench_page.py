@@ -5,11 +5,13 @@ are dragged, errors stand at their lines, studies tell their answer, files are r
 
     python3 tests/workbench_page.py build/dev/kempe [unittest arguments]
 
+A sample of its tests runs without arguments, all of them with KEMPE_FULL=1.
 Ends with 77 (skipped) where Chromium, or the library that serves the page, is not installed.
 """
 import base64
 import json
 import math
+import os
 import pathlib
 import re
 import shutil
@@ -76,6 +78,9 @@ run: {t_end: 1}
 """
 
 EVIL = "<img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
+
+
+whole = unittest.skipUnless("KEMPE_FULL" in os.environ or len(sys.argv) > 1, "one of those that KEMPE_FULL=1 runs")
 
 
 class Page:
@@ -251,6 +256,7 @@ class Workbench(unittest.TestCase):
         page.until("byId('saved').textContent === 'saved'")
         self.assertEqual(self.file.read_text(), DRAWN)
 
+    @whole
     def test_each_change_by_the_mouse_is_one_step_of_undo(self):
         page = self.start("")
         self.draw_four_bar(page)
@@ -262,6 +268,7 @@ class Workbench(unittest.TestCase):
             page.press("#redo")
         self.assertEqual(page.model(), DRAWN)
 
+    @whole
     def test_parts_in_a_text_of_a_person(self):
         page = self.start(PENDULUM)
         page.press("[data-tool=spring]")
@@ -295,6 +302,7 @@ class Workbench(unittest.TestCase):
         page.checked(lambda: page.type_key("z", 90, modifiers=2))
         self.assertEqual(page.model(), "")
 
+    @whole
     def test_a_finger_draws_a_bar(self):
         page = self.start("", 390, 844)
         page.tap(page.middle("[data-tool=bar]"))
@@ -320,6 +328,7 @@ class Workbench(unittest.TestCase):
         self.assertRegex(page.model(), r"\nstart: \{q: \{A: -?[\d.]+ deg, B: -?[\d.]+ deg, D: -?[\d.]+ deg\}\}\n")
         self.assertEqual(page.text("#messages"), "")
 
+    @whole
     def test_a_pin_of_the_ground_and_a_coupler_point(self):
         page = self.start(DRAWN)
         page.checked(lambda: (page.pull(page.place([0.9, 0, 0]), page.place([0.8, 0, 0])), page.mouse("mouseReleased", page.place([0.8, 0, 0]))))
@@ -333,6 +342,7 @@ class Workbench(unittest.TestCase):
         page.run("curves")
         self.assertRegex(page.text("#verdict"), r"✓ bar2\.E moves within ")
 
+    @whole
     def test_a_joint_tells_its_values(self):
         page = self.start(DRAWN)
         page.run("motion")
@@ -356,6 +366,7 @@ class Workbench(unittest.TestCase):
         self.assertEqual(page.text("#messages"), "")
         self.assertEqual(page.value("document.querySelectorAll('.CodeMirror-lint-marker-error').length"), 0)
 
+    @whole
     def test_completion_and_explanations(self):
         page = self.start(DRAWN)
         page.until("modelSchema")
@@ -402,6 +413,7 @@ class Workbench(unittest.TestCase):
 
     # -- studies ------------------------------------------------------------------------------------------------
 
+    @whole
     def test_studies_tell_their_answer_first(self):
         page = self.start(PENDULUM)
         wanted = {"motion": r"✓ Complete: 0 to 1 s", "pins": r"✓ Largest pin force: [\d.]+ N in A", "curves": r"✓ lamp\.end moves within .* by ", "dead": "✓ No dead centre: A goes",
@@ -418,6 +430,7 @@ class Workbench(unittest.TestCase):
         self.assertRegex(page.text("#verdict"), "✓ Equilibrium at 11 of 11 values of length, all stable")
         self.assertEqual(page.value("byId('table').rows.length"), 12)
 
+    @whole
     def test_dead_centre_of_the_rocker(self):
         page = self.start(DRAWN)
         page.press("#tab-dead")
@@ -432,6 +445,7 @@ class Workbench(unittest.TestCase):
         value = float(re.search(r"D = ([\d.]+) deg", page.text("#verdict"))[1])
         self.assertTrue(any(abs(value - abs(math.degrees(drawn - angle))) < 0.01 for angle in (inner, least)), (value, inner, least, drawn))
 
+    @whole
     def test_sliders_and_a_kept_run(self):
         page = self.start(PENDULUM)
         page.run("motion")
@@ -445,6 +459,7 @@ class Workbench(unittest.TestCase):
 
     # -- files --------------------------------------------------------------------------------------------------
 
+    @whole
     def test_files_to_take_away(self):
         page = self.start(DRAWN + "\nrun: {t_end: 1}\n")
         page.run("motion")
@@ -458,6 +473,7 @@ class Workbench(unittest.TestCase):
         rows = (page.downloads / "machine.csv").read_text().splitlines()
         self.assertEqual(float(rows[-1].split(",")[0]), 1)
 
+    @whole
     def test_a_link_contains_the_model(self):
         page = self.start(DRAWN)
         link = page.value("linkOf(bench.text)")
@@ -473,6 +489,7 @@ class Workbench(unittest.TestCase):
 
     # -- screens ------------------------------------------------------------------------------------------------
 
+    @whole
     def test_screens(self):
         for width, height in ((1440, 900), (1024, 768), (390, 844)):
             for dark in (False, True):
