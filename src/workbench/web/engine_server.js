@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The engine of the page: the server that `kempe workbench` has started (docs/workbench_protocol.md). Any object with these
- * functions can be the engine; without `drag` bodies cannot be dragged, without `save` the file cannot be written. */
+ * functions can be the engine: src/browser/engine_wasm.js is another one. Without `drag` bodies cannot be dragged, without `save`
+ * the file cannot be written. */
 "use strict";
 
 class ServerError extends Error {
@@ -11,8 +12,9 @@ class ServerError extends Error {
     }
 }
 
-const serverEngine = {
+const pageEngine = {
     isPrivate: true, /* its address has a token, which others shall not get */
+    saving: "Saving writes it to", /* the file */
 
     async ask(address, method = "GET", body = undefined) {
         const answer = await fetch(address, { method, cache: "no-store", ...(body ? { body: JSON.stringify(body), headers: { "Content-Type": "application/json" } } : {}) });
@@ -24,6 +26,11 @@ const serverEngine = {
     /* { name, text, version } of the file. */
     async read() {
         return (await this.ask("file")).told;
+    },
+
+    /* The JSON Schema of models. */
+    async schema() {
+        return (await this.ask("kempe.schema.json")).told;
     },
 
     /* The file once it differs from a version; null: not yet, ask again. */

@@ -8,7 +8,7 @@ const SLIDER_WAIT = 60;
 const WATCH_AGAIN = 2000; /* ms after a failure of the server */
 
 const bench = {
-    engine: serverEngine, name: "model.yaml", text: "", saved: "", version: 0,
+    engine: pageEngine, name: "model.yaml", text: "", saved: "", version: 0,
     model: null, start: null, startPage: null, wrong: false, /* of the text: numbers, assembled start, its picture, whether it has an error */
     values: {}, /* parameters that sliders have changed */
     run: null, running: false, stopping: false, checked: Promise.resolve(), dragSession: null, dragText: null, dragQ: null, end: null,
@@ -161,7 +161,7 @@ async function watchFile() {
 /* A text from elsewhere takes the place of the present one; undo brings it back. */
 function openText(text, name) {
     changeText(text);
-    tellNotice(`The text is the one of ${name}. Saving writes it to ${bench.name}; undo brings the former one back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
+    tellNotice(`The text is the one of ${name}. ${bench.engine.saving} ${bench.name}; undo brings the former one back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
 }
 
 async function openLink() {
@@ -285,7 +285,7 @@ async function begin() {
     window.addEventListener("beforeunload", (event) => bench.text !== bench.saved && event.preventDefault());
     new ResizeObserver(drawScene).observe(byId("view"));
     showPanel(document.body.dataset.panel);
-    fetch("kempe.schema.json").then(async (answer) => answer.ok && (modelSchema = await answer.json())).catch(() => null);
+    bench.engine.schema().then((schema) => (modelSchema = schema)).catch(() => null);
     try {
         const file = await bench.engine.read();
         Object.assign(bench, { name: file.name, version: file.version, saved: file.text });
