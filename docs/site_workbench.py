@@ -57,7 +57,7 @@ def page(module, model=FIRST):
         scripts.append("\n" + inside_script(text))
         return f"<script>{scripts[-1]}</script>"
 
-    given = data("first-model", {"name": model.name, "text": model.read_text()}) + data("model-schema", json.loads((ROOT / "schema/kempe.schema.json").read_text()))
+    given = data("first-model", {"name": model.name, "text": model.read_text()})
     html = part("workbench_layout.html")
     html = re.sub(STYLE, lambda match: f"<style>\n{part(match.group(1))}</style>", html)
     html = re.sub(r'(?=<script type="application/json" id="data">)', lambda _: given + "\n", html, count=1)

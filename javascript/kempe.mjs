@@ -169,7 +169,7 @@ function serve(kempeModule, port) {
     };
     const beginDragging = async () => {
         const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4);
-        if (!instance._kempe_drag_new) throw new Error("it is built without dragging: WINGS=WORKBENCH packaging/build_wasm adds it");
+        if (!instance._kempe_drag_new) throw new Error("it is built without dragging: WORKBENCH=ON packaging/build_wasm adds it");
         if (instance._kempe_drag_new(instance._kempe_context_new(), textIn(instance, "/model/model.yaml"), room) !== 0) throw new Error("dragging has not enough memory");
         return { instance, room, mechanisms: instance.HEAPU32[room >> 2] };
     };
@@ -187,6 +187,15 @@ function serve(kempeModule, port) {
         return { told, written: {} };
     };
 
+    /* A conversation with a language server of its own. */
+    const talk = async (messages) => {
+        const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4), asked = textIn(instance, messages);
+        if (!instance._kempe_language_server_new) throw new Error("it is built without the language server: WORKBENCH=ON packaging/build_wasm adds it");
+        const wrong = instance._kempe_language_server_new(instance._kempe_context_new(), room) || instance._kempe_language_server_take(instance.HEAPU32[room >> 2], asked, instance.lengthBytesUTF8(messages), room);
+        if (wrong) throw new Error("the language server does not take these messages");
+        return { told: instance.UTF8ToString(instance.HEAPU32[room >> 2]), written: {} };
+    };
+
     port.receive(async (message) => {
         try {
             if (message.compiled) {
@@ -194,7 +203,7 @@ function serve(kempeModule, port) {
                 port.post({ ready: true });
                 return;
             }
-            const answer = message.drag ? await drag(message.drag) : await run(message);
+            const answer = await (message.drag ? drag(message.drag) : message.language ? talk(message.language) : run(message));
             port.post({ answer }, Object.values(answer.written).map((bytes) => bytes.buffer));
         } catch (error) {
             port.post({ failure: String(error?.message ?? error) });
@@ -327,6 +336,11 @@ export class Kempe {
         const { told } = await this.#inTurn({ drag: JSON.stringify(request) }), answer = JSON.parse(told);
         if (answer.error) throw new KempeError({ code: 2, text: answer.error, messages: answer.messages ?? [] });
         return answer;
+    }
+
+    /** A whole conversation with the language server: messages of its protocol, and those of its answer. */
+    async language(messages) {
+        return (await this.#inTurn({ language: messages })).told;
     }
 
     /** Another worker of the same module, which computes beside this one. */

@@ -6,9 +6,6 @@ target_link_options(kempe_command PRIVATE -Os -Wl,--wrap=fma -sMODULARIZE=1 -sEX
     -sEXIT_RUNTIME=0)
 set_target_properties(kempe_command PROPERTIES OUTPUT_NAME kempe_module SUFFIX .js)
 if(KEMPE_WORKBENCH) # a page drags mechanisms, and asks about its text, without a command
-    set(called _main,_malloc,_free,_kempe_context_new,_kempe_text_free,_kempe_drag_new,_kempe_drag_take)
-    if(KEMPE_LANGUAGE_SERVER)
-        string(APPEND called ",_kempe_language_server_new,_kempe_language_server_take")
-    endif()
-    target_link_options(kempe_command PRIVATE -sEXPORTED_FUNCTIONS=${called} -sEXPORTED_RUNTIME_METHODS=FS,callMain,UTF8ToString,stringToUTF8,lengthBytesUTF8)
+    target_link_options(kempe_command PRIVATE -sEXPORTED_FUNCTIONS=_main,_malloc,_free,_kempe_context_new,_kempe_text_free,_kempe_drag_new,_kempe_drag_take,_kempe_language_server_new,_kempe_language_server_take
+        -sEXPORTED_RUNTIME_METHODS=FS,callMain,UTF8ToString,stringToUTF8,lengthBytesUTF8)
 endif()

@@ -49,6 +49,11 @@ run: {t_end: 1}
 EVIL = "<img src=x onerror=window.hurt=1><script>window.hurt=1</script>"
 
 
+def place_of(text, at, more):
+    """The place of the editor, as JavaScript, some letters behind an index of a text."""
+    return json.dumps({"line": text[:at].count("\n"), "ch": at - text.rfind("\n", 0, at) - 1 + more})
+
+
 class Workbench(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -213,19 +218,32 @@ class Workbench(unittest.TestCase):
 
     def test_completion_and_explanations(self):
         page = self.start(DRAWN)
-        page.until("modelSchema")
         at = DRAWN.index("    shape: {line: [A, B]")
-        offered = page.value(f"completionsAt({json.dumps(DRAWN[:at] + '    ' + DRAWN[at:])}, {at + 4}).list.map((one) => one.text.trim())")
+        offered = page.value(f"completionsAt({json.dumps(DRAWN[:at] + '    ' + DRAWN[at:])}, {place_of(DRAWN, at, 4)}).then((found) => found.list.map((one) => one.text.trim()))")
         self.assertIn("mass:", offered)
         self.assertNotIn("points:", offered)
         at = DRAWN.index("ground.A, bar1.A")
-        self.assertIn("bar2.C", page.value(f"completionsAt({json.dumps(DRAWN[:at] + 'b' + DRAWN[at:])}, {at + 1}).list.map((one) => one.text)"))
-        self.assertIn("gravity", page.value(f"explanationAt({json.dumps(DRAWN)}, {DRAWN.index('gravity') + 2})"))
-        self.assertEqual(page.value(f"explanationAt({json.dumps(DRAWN)}, {DRAWN.index('bar1.B') + 5})"), "bar1.B: [0, 0.3, 0]")
+        named = "({ from, list }) => list.map((one) => one.text)"
+        self.assertEqual(page.value(f"completionsAt({json.dumps(DRAWN[:at] + 'b' + DRAWN[at:])}, {place_of(DRAWN, at, 1)}).then({named})"), ["bar1", "bar2", "bar3"])
+        self.assertEqual(page.value(f"completionsAt({json.dumps(DRAWN[:at] + 'bar2.' + DRAWN[at:])}, {place_of(DRAWN, at, 5)}).then({named})"), ["B", "C"])  # behind the dot
+        self.assertIn("gravity", page.value(f"explanationAt({json.dumps(DRAWN)}, {place_of(DRAWN, DRAWN.index('gravity'), 2)})").lower())
+        self.assertIn("bar1.B", page.value(f"explanationAt({json.dumps(DRAWN)}, {place_of(DRAWN, DRAWN.index('bar1.B'), 5)})"))
         page.value("modelEditor.focus(), modelEditor.setCursor(modelEditor.lineCount(), 0)")
         page.write("sta")
         page.until("document.querySelector('.CodeMirror-hints')")
         self.assertIn("start:", page.text(".CodeMirror-hints"))
+
+    def test_another_name_for_a_body(self):
+        page = self.start(DRAWN)
+        line, column = DRAWN[:DRAWN.index("bar2:")].count("\n"), 3
+        page.value(f"modelEditor.focus(), modelEditor.setCursor({{ line: {line}, ch: {column} }})")
+        page.type_key("F2", 113)
+        page.until("document.querySelector('.CodeMirror-dialog input')?.value === 'bar2'")
+        page.write("coupler")
+        page.checked(lambda: page.type_key("Enter", 13, text="\r"))
+        self.assertEqual(page.model(), DRAWN.replace("bar2", "coupler"))
+        page.checked(lambda: page.press("#undo"))  # one step
+        self.assertEqual(page.model(), DRAWN)
 
     def test_changes_on_disk(self):
         page = self.start(DRAWN)

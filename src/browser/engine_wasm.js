@@ -18,17 +18,10 @@ const pageEngine = {
         return this.workers.studies;
     },
 
-    partOf(id) {
-        return JSON.parse(byId(id).textContent);
-    },
-
     async read() {
         await this.worker("check");
-        return { ...this.partOf("first-model"), version: 1 };
-    },
-
-    async schema() {
-        return this.partOf("model-schema");
+        const file = JSON.parse(byId("first-model").textContent);
+        return { ...file, path: `/model/${file.name}`, version: 1 };
     },
 
     async save(text, version) {
@@ -55,6 +48,10 @@ const pageEngine = {
         const own = this.runs.get(run);
         if (own && !own.worker.stop()) own.control.abort(new Error("the computation was stopped; this page keeps no result of it, as `kempe workbench` does"));
         return Boolean(own);
+    },
+
+    async language(messages) {
+        return (await this.worker("language")).language(messages);
     },
 
     async drag(request) {

@@ -10,6 +10,7 @@
 #include "workbench/served_run.h"
 #include "workbench/web_parts.h"
 #include <errno.h>
+#include <kempe/language_server.h>
 #include <kempe/settings.h>
 #include <kempe/workbench.h>
 #include <stdatomic.h>
@@ -301,6 +302,27 @@ static enum MHD_Result drag_body(request *r)
                                                      : MHD_HTTP_UNPROCESSABLE_CONTENT);
 }
 
+/* A whole conversation with a language server of its own, which reads the same files as commands. */
+static enum MHD_Result ask_language_server(request *r)
+{
+    kempe_language_server *server = NULL;
+    kempe_context *context = kempe_context_new();
+    char *answer = NULL;
+    kempe_status status = context ? kempe_context_set_folder(context, r->bench->readable) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = kempe_language_server_new(context, &server);
+    if (status == KEMPE_OK)
+        status = kempe_language_server_take(server, r->body.s ? r->body.s : "", r->body.length, &answer);
+    const enum MHD_Result done =
+        status == KEMPE_OK        ? (kmp_text_put(&r->answer, answer), give(r, MHD_HTTP_OK, "text/plain; charset=utf-8"))
+        : status == KEMPE_E_INPUT ? refuse(r, MHD_HTTP_BAD_REQUEST, kempe_context_message(context))
+                                  : refuse(r, MHD_HTTP_INTERNAL_SERVER_ERROR, "out of memory");
+    kempe_text_free(answer);
+    kempe_language_server_free(server);
+    kempe_context_free(context);
+    return done;
+}
+
 /* A part of the page; the page itself is "". */
 static enum MHD_Result give_part(request *r)
 {
@@ -323,6 +345,7 @@ static const struct {
     {"GET", "file", give_file, NULL},       {"PUT", "file", NULL, put_file},
     {"POST", "command", NULL, run_command}, {"GET", "progress", give_progress, NULL},
     {"POST", "stop", NULL, stop_command},   {"POST", "drag", drag_body, NULL},
+    {"POST", "lsp", ask_language_server, NULL},
 };
 enum { ADDRESSES = sizeof addresses / sizeof *addresses };
 

@@ -23,14 +23,9 @@ const pageEngine = {
         return { status: answer.status, told };
     },
 
-    /* { name, text, version } of the file. */
+    /* { name, path, text, version } of the file. */
     async read() {
         return (await this.ask("file")).told;
-    },
-
-    /* The JSON Schema of models. */
-    async schema() {
-        return (await this.ask("kempe.schema.json")).told;
     },
 
     /* The file once it differs from a version; null: not yet, ask again. */
@@ -57,6 +52,13 @@ const pageEngine = {
 
     async stop(run) {
         return (await this.ask("stop", "POST", { run })).told.stopped;
+    },
+
+    /* Messages of the Language Server Protocol, headers included, of a whole conversation, and those of the answer. */
+    async language(messages) {
+        const answer = await fetch("lsp", { method: "POST", cache: "no-store", body: messages });
+        if (!answer.ok) throw new ServerError(answer.status, await answer.json());
+        return answer.text();
     },
 
     /* { session, q, closure, distance, branch_changed, poses } of a point that is pulled to a target. */
