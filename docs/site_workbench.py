@@ -39,7 +39,7 @@ def data(key, value):
 
 
 def policy(scripts):
-    """What the page may do: run its scripts and the module in workers; it has no connections at all."""
+    """The policy of the page: its own scripts and the module in workers, and no connections at all."""
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts)
     return ("default-src 'none'; connect-src 'none'; worker-src blob:; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
             f"script-src 'wasm-unsafe-eval' blob: {hashes}")

@@ -139,7 +139,7 @@ export class Kempe {
      * module needs the wing WORKBENCH. Rejected with KempeError where the model has an error or its loops do not close. */
     drag(request: object): Promise<any>;
 
-    /** A whole conversation with a language server of its own: messages of the Language Server Protocol, headers included,
+    /** A whole conversation with a separate language server: messages of the Language Server Protocol, headers included,
      * and those of its answers. The module needs the wings WORKBENCH and LANGUAGE_SERVER. */
     language(messages: string): Promise<string>;
 

@@ -187,7 +187,7 @@ function serve(kempeModule, port) {
         return { told, written: {} };
     };
 
-    /* A conversation with a language server of its own. */
+    /* A conversation with a separate language server. */
     const talk = async (messages) => {
         const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4), asked = textIn(instance, messages);
         if (!instance._kempe_language_server_new) throw new Error("it is built without the language server: WORKBENCH=ON packaging/build_wasm adds it");

@@ -302,7 +302,7 @@ static enum MHD_Result drag_body(request *r)
                                                      : MHD_HTTP_UNPROCESSABLE_CONTENT);
 }
 
-/* A whole conversation with a language server of its own, which reads the same files as commands. */
+/* A whole conversation with a separate language server, which reads files where commands do. */
 static enum MHD_Result ask_language_server(request *r)
 {
     kempe_language_server *server = NULL;
@@ -313,10 +313,15 @@ static enum MHD_Result ask_language_server(request *r)
         status = kempe_language_server_new(context, &server);
     if (status == KEMPE_OK)
         status = kempe_language_server_take(server, r->body.s ? r->body.s : "", r->body.length, &answer);
-    const enum MHD_Result done =
-        status == KEMPE_OK        ? (kmp_text_put(&r->answer, answer), give(r, MHD_HTTP_OK, "text/plain; charset=utf-8"))
-        : status == KEMPE_E_INPUT ? refuse(r, MHD_HTTP_BAD_REQUEST, kempe_context_message(context))
-                                  : refuse(r, MHD_HTTP_INTERNAL_SERVER_ERROR, "out of memory");
+    enum MHD_Result done;
+    if (status == KEMPE_OK) {
+        kmp_text_put(&r->answer, answer);
+        done = give(r, MHD_HTTP_OK, "text/plain; charset=utf-8");
+    } else {
+        const bool wrong = status == KEMPE_E_INPUT;
+        done = refuse(r, wrong ? MHD_HTTP_BAD_REQUEST : MHD_HTTP_INTERNAL_SERVER_ERROR,
+                      wrong ? kempe_context_message(context) : "out of memory");
+    }
     kempe_text_free(answer);
     kempe_language_server_free(server);
     kempe_context_free(context);
@@ -342,9 +347,9 @@ static const struct {
     enum MHD_Result (*answer)(request *r);
     enum MHD_Result (*take)(request *r, const kmp_json_value *body);
 } addresses[] = {
-    {"GET", "file", give_file, NULL},       {"PUT", "file", NULL, put_file},
-    {"POST", "command", NULL, run_command}, {"GET", "progress", give_progress, NULL},
-    {"POST", "stop", NULL, stop_command},   {"POST", "drag", drag_body, NULL},
+    {"GET", "file", give_file, NULL},           {"PUT", "file", NULL, put_file},
+    {"POST", "command", NULL, run_command},     {"GET", "progress", give_progress, NULL},
+    {"POST", "stop", NULL, stop_command},       {"POST", "drag", drag_body, NULL},
     {"POST", "lsp", ask_language_server, NULL},
 };
 enum { ADDRESSES = sizeof addresses / sizeof *addresses };

@@ -44,7 +44,7 @@ async function completionsAt(text, place) {
     return { from, list };
 }
 
-/* What the language server says about a place; "": nothing. */
+/* The words of the language server about a place; "": it has none. */
 async function explanationAt(text, place) {
     const told = await askLanguage("textDocument/hover", text, place);
     return told ? withoutMarks(told.contents.value) : "";
