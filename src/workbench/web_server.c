@@ -318,9 +318,8 @@ static enum MHD_Result ask_language_server(request *r)
         kmp_text_put(&r->answer, answer);
         done = give(r, MHD_HTTP_OK, "text/plain; charset=utf-8");
     } else {
-        const bool wrong = status == KEMPE_E_INPUT;
-        done = refuse(r, wrong ? MHD_HTTP_BAD_REQUEST : MHD_HTTP_INTERNAL_SERVER_ERROR,
-                      wrong ? kempe_context_message(context) : "out of memory");
+        const char *reason = status == KEMPE_E_MEMORY ? "out of memory" : kempe_context_message(context);
+        done = refuse(r, status == KEMPE_E_INPUT ? MHD_HTTP_BAD_REQUEST : MHD_HTTP_INTERNAL_SERVER_ERROR, reason);
     }
     kempe_text_free(answer);
     kempe_language_server_free(server);
