@@ -83,6 +83,10 @@ class SitePage(unittest.TestCase):
         page.checked(lambda: page.press("#undo"))
         self.assertEqual(page.text("#messages"), "")
 
+    def test_another_file_is_refused_by_its_name(self):
+        page = self.start("kempe: 1\nname: car\ninclude:\n  - file: wheel.yaml\n")
+        self.assertRegex(page.text("#messages"), r"line 4:\d+: .*wheel\.yaml")
+
     def test_the_mouse_adds_a_bar(self):
         page = self.start("")
         page.press("[data-tool=bar]")
