@@ -135,6 +135,17 @@ export class Kempe {
      * Never rejected for what the command says: see `code`. */
     command(words: (string | number)[], how?: How): Promise<Outcome>;
 
+    /** Moves a mechanism by a point of a body: requests and answers as for `drag` in docs/workbench_protocol.md, in SI. The
+     * module needs the wing WORKBENCH. Rejected with KempeError where the model has an error or its loops do not close. */
+    drag(request: object): Promise<any>;
+
+    /** A whole conversation with a separate language server: messages of the Language Server Protocol, headers included,
+     * and those of its answers. The module needs the wings WORKBENCH and LANGUAGE_SERVER. */
+    language(messages: string): Promise<string>;
+
+    /** Another worker of the same module, which computes beside this one. */
+    another(): Promise<Kempe>;
+
     /** Asks the present computation to end with its result so far, `summary.status` "stopped". false: this page has no
      * SharedArrayBuffer, which needs the headers of cross-origin isolation; Node.js always has it. */
     stop(): boolean;

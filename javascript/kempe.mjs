@@ -104,7 +104,7 @@ export class KempeError extends Error {
 
 /* Runs in the worker, which has its text alone: `kempeModule` is the function of the module's script. */
 function serve(kempeModule, port) {
-    let compiled, stopped;
+    let compiled, stopped, dragging = null;
 
     const makeFolders = (files, path) => {
         for (let at = path.indexOf("/", 1); at > 0; at = path.indexOf("/", at + 1)) {
@@ -121,15 +121,19 @@ function serve(kempeModule, port) {
         }
     };
 
+    const begin = (hooks) => kempeModule({
+        instantiateWasm: (imports, done) => {
+            WebAssembly.instantiate(compiled, imports).then(done);
+            return {};
+        },
+        ...hooks,
+    });
+
     /* Each command has memory of its own, so that none can leave anything to the next one. */
     const run = async ({ words, files }) => {
         const text = [], complaints = [];
         if (stopped) Atomics.store(stopped, 0, 0);
-        const instance = await kempeModule({
-            instantiateWasm: (imports, done) => {
-                WebAssembly.instantiate(compiled, imports).then(done);
-                return {};
-            },
+        const instance = await begin({
             print: (line) => text.push(line),
             printErr: (line) => complaints.push(line),
             kempeProgress: (done, total, unit, left) => {
@@ -157,6 +161,41 @@ function serve(kempeModule, port) {
         return { code, text: text.join("\n"), complaints, written };
     };
 
+    /* A text in the memory of an instance, to be freed. */
+    const textIn = (instance, words) => {
+        const size = instance.lengthBytesUTF8(words) + 1, place = instance._malloc(size);
+        instance.stringToUTF8(words, place, size);
+        return place;
+    };
+    const beginDragging = async () => {
+        const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4);
+        if (!instance._kempe_drag_new) throw new Error("it is built without dragging: WORKBENCH=ON packaging/build_wasm adds it");
+        if (instance._kempe_drag_new(instance._kempe_context_new(), textIn(instance, "/model/model.yaml"), room) !== 0) throw new Error("dragging has not enough memory");
+        return { instance, room, mechanisms: instance.HEAPU32[room >> 2] };
+    };
+
+    /* Dragging keeps its memory from call to call: the mechanisms that it has prepared. */
+    const drag = async (request) => {
+        dragging ??= await beginDragging();
+        const { instance, room, mechanisms } = dragging, asked = textIn(instance, request);
+        instance.HEAPU32[room >> 2] = 0;
+        instance._kempe_drag_take(mechanisms, asked, room);
+        const place = instance.HEAPU32[room >> 2], told = place ? instance.UTF8ToString(place) : null;
+        instance._free(asked);
+        if (place) instance._kempe_text_free(place);
+        if (told === null) throw new Error("dragging has not enough memory");
+        return { told, written: {} };
+    };
+
+    /* A conversation with a separate language server. */
+    const talk = async (messages) => {
+        const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4), asked = textIn(instance, messages);
+        if (!instance._kempe_language_server_new) throw new Error("it is built without the language server: WORKBENCH=ON packaging/build_wasm adds it");
+        const wrong = instance._kempe_language_server_new(instance._kempe_context_new(), room) || instance._kempe_language_server_take(instance.HEAPU32[room >> 2], asked, instance.lengthBytesUTF8(messages), room);
+        if (wrong) throw new Error("the language server does not take these messages");
+        return { told: instance.UTF8ToString(instance.HEAPU32[room >> 2]), written: {} };
+    };
+
     port.receive(async (message) => {
         try {
             if (message.compiled) {
@@ -164,7 +203,7 @@ function serve(kempeModule, port) {
                 port.post({ ready: true });
                 return;
             }
-            const answer = await run(message);
+            const answer = await (message.drag ? drag(message.drag) : message.language ? talk(message.language) : run(message));
             port.post({ answer }, Object.values(answer.written).map((bytes) => bytes.buffer));
         } catch (error) {
             port.post({ failure: String(error?.message ?? error) });
@@ -286,24 +325,50 @@ export class Kempe {
 
     /** The words of any command, as in a shell. */
     async command(words, { files = {}, onProgress, signal } = {}) {
-        const turn = this.#last.then(() => this.#answer(words.map(String), whole(files), onProgress, signal));
+        const answer = await this.#inTurn({ words: words.map(String), files: whole(files) }, onProgress, signal);
+        const written = {}, lines = answer.complaints.join("\n").split("\n").filter((line) => line.trim());
+        for (const [path, bytes] of Object.entries(answer.written)) written[path.replace(/^[/](out|model)[/]/, "")] = bytes;
+        return { code: answer.code, text: answer.text, messages: messagesOf(lines), files: written };
+    }
+
+    /** Moves a mechanism by a point of a body: requests and answers of docs/workbench_protocol.md. */
+    async drag(request) {
+        const { told } = await this.#inTurn({ drag: JSON.stringify(request) }), answer = JSON.parse(told);
+        if (answer.error) throw new KempeError({ code: 2, text: answer.error, messages: answer.messages ?? [] });
+        return answer;
+    }
+
+    /** A whole conversation with the language server: messages of its protocol, and those of its answer. */
+    async language(messages) {
+        return (await this.#inTurn({ language: messages })).told;
+    }
+
+    /** Another worker of the same module, which computes beside this one. */
+    async another() {
+        const kempe = new Kempe(this.#script, this.#compiled);
+        await kempe.#begin();
+        return kempe;
+    }
+
+    #inTurn(message, onProgress, signal) {
+        const turn = this.#last.then(() => this.#answer(message, onProgress, signal));
         this.#last = turn.catch(() => {});
         return turn;
     }
 
-    async #answer(words, files, onProgress, signal) {
+    async #answer(message, onProgress, signal) {
         if (signal?.aborted) throw aborted(signal);
         if (!this.#worker) await this.#begin();
         this.#worker.hold();
         let cancel;
-        const answer = await new Promise((resolve, reject) => {
+        return new Promise((resolve, reject) => {
             this.#current = { resolve, reject, onProgress };
             cancel = () => {
                 this.#end(); // a worker that computes reads no messages
                 reject(aborted(signal));
             };
             signal?.addEventListener("abort", cancel);
-            this.#worker.post({ words, files });
+            this.#worker.post(message);
         }).catch((error) => {
             this.#end();
             throw error;
@@ -312,9 +377,6 @@ export class Kempe {
             signal?.removeEventListener("abort", cancel);
             this.#worker?.release();
         });
-        const written = {}, lines = answer.complaints.join("\n").split("\n").filter((line) => line.trim());
-        for (const [path, bytes] of Object.entries(answer.written)) written[path.replace(/^[/](out|model)[/]/, "")] = bytes;
-        return { code: answer.code, text: answer.text, messages: messagesOf(lines), files: written };
     }
 
     /** A study of a model: its JSON, and its table where it has one. */

@@ -43,7 +43,7 @@ LAYERS["studies/compare"] = f"{CORE} studies/assembly studies/simulate"
 LAYERS["studies/show"] = CORE
 LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare studies/show"
 # The wings: what they see of each other; the core sees none of them.
-WINGS = {"analyses": "", "rail": "analyses", "road": "", "exchange": "", "ensemble": "analyses", "picture": "analyses", "report": "analyses rail ensemble picture", "language_server": "", "workbench": ""}
+WINGS = {"analyses": "", "rail": "analyses", "road": "", "exchange": "", "ensemble": "analyses", "picture": "analyses", "report": "analyses rail ensemble picture", "language_server": "", "workbench": "language_server"}
 ANALYSES = {  # an analysis: the others that it uses, beside "dense" and "parts"
     "dense": "",
     "parts": "",

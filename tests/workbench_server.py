@@ -9,6 +9,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import shutil
 import socket
 import subprocess
@@ -167,6 +168,25 @@ class Workbench(Served):
             request = {"session": first["session"], "text": None, "q": None, "body": "coupler", "point": [0, 0, 0], "target": [0, 0, 0], **wrong}
             self.assertEqual(self.ask("drag", request)[0], 400, wrong)
 
+    def converse(self, text, method, place, path=None, **more):
+        """The messages of a conversation with the language server, with a question about a place of a text."""
+        uri = pathlib.Path(path or json.loads(self.ask("file")[1])["path"]).as_uri()
+        messages = [{"id": 0, "method": "initialize", "params": {"capabilities": {}}},
+                    {"method": "textDocument/didOpen", "params": {"textDocument": {"uri": uri, "languageId": "yaml", "version": 1, "text": text}}},
+                    {"id": 1, "method": method, "params": {"textDocument": {"uri": uri}, "position": {"line": place[0], "character": place[1]}, **more}}]
+        bodies = [json.dumps({"jsonrpc": "2.0", **message}).encode() for message in messages]
+        status, told = self.ask("lsp", b"".join(b"Content-Length: %d\r\n\r\n" % len(body) + body for body in bodies))
+        self.assertEqual(status, 200, told)
+        return [json.loads(body) for body in re.split(rb"Content-Length: \d+\r\n\r\n", told) if body]
+
+    def test_language_server(self):
+        line = FOUR_BAR[:FOUR_BAR.index("gravity")].count("\n")
+        answer = next(one for one in self.converse(FOUR_BAR, "textDocument/hover", (line, 2)) if one.get("id") == 1)
+        self.assertIn("gravity", answer["result"]["contents"]["value"])
+        answer = next(one for one in self.converse("kempe: 1\ngra", "textDocument/completion", (1, 3)) if one.get("id") == 1)
+        self.assertIn("gravity", [item["label"] for item in answer["result"]])
+        self.assertEqual(self.ask("lsp", b"no message\r\n\r\n")[0], 400)
+
     # -- what it refuses ---------------------------------------------------------------------------------
 
     def test_token(self):
@@ -232,6 +252,12 @@ class Workbench(Served):
             status, body = self.ask("drag", {"session": None, "text": text, "q": None, "body": None})
             self.assertEqual(status, 422, body)
             self.assertIn(b"only files in the folder", body)
+            self.assertIn("only files in the folder", json.dumps(self.converse(text.replace("    as: a\n", ""), "textDocument/hover", (0, 2))))
+        include = "kempe: 1\nname: x\ninclude:\n  - file: "
+        told = self.converse(include, "textDocument/completion", (3, 10), self.folder / "not_there.yaml")
+        self.assertNotIn("other.yaml", json.dumps(told))  # names of files beyond the folder
+        told = self.converse(include, "textDocument/completion", (3, 10))
+        self.assertIn("here.yaml", json.dumps(told))
 
     def test_bodies(self):
         head = f"POST /{self.token}/command HTTP/1.1\r\nHost: {self.host}\r\nOrigin: http://{self.host}\r\n"

@@ -6,7 +6,7 @@
     python3 docs/site/pages.py build/site --check     nothing, in half the time: links and equations are checked alike
 
 Live pages are part of it where KEMPE_MODULE (build/wasm/javascript) has what packaging/build_wasm makes; without it the pages have
-their pictures alone.
+their pictures alone. The workbench is part of it where KEMPE_WORKBENCH_MODULE (build/wasm/workbench) has its module.
 
 Exit code 77: a tool is not installed (docs/build_site installs them). Links that lead nowhere are errors.
 """
@@ -24,8 +24,10 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "docs"))
 
 import live_examples  # noqa: E402
+import site_workbench  # noqa: E402
 
 MODULE = pathlib.Path(os.environ.get("KEMPE_MODULE", ROOT / "build/wasm/javascript"))
+BENCH_MODULE = pathlib.Path(os.environ.get("KEMPE_WORKBENCH_MODULE", ROOT / "build/wasm/workbench"))
 SITE = ROOT / "docs/site"
 LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
 KATEX = pathlib.Path("/usr/share/javascript/katex")
@@ -92,6 +94,14 @@ def with_live_pages(page, text):
     return text
 
 
+def with_workbench(page, text):
+    """The workbench as a page of the site, linked below the first paragraph of its page."""
+    if page != ROOT / "docs/workbench.md":
+        return text
+    link = '<p class="live"><a href="../live/workbench.html">Workbench in this browser, without a server</a></p>'
+    return re.sub(r"(\A# .*\n\n(?:.+\n)+)", lambda m: f"{m.group()}\n{link}\n", text, count=1)
+
+
 def linked_files(page, text):
     prose = re.sub(r"`[^`]*`", "", re.sub(r"^    .*$", "", text, flags=re.M))
     return [path for path in ((page.parent / target).resolve() for _, target, _ in LINK.findall(prose)) if path.exists()]
@@ -119,6 +129,8 @@ def stage(folder):
             text = front(text)
         if (MODULE / "kempe_page.js").exists():
             text = with_live_pages(page, text)
+        if (BENCH_MODULE / "kempe_page.js").exists():
+            text = with_workbench(page, text)
         for path in linked_files(page, text):
             if path.is_file() and path.suffix not in (".md", ".ipynb"):
                 copy = folder / path.relative_to(ROOT)
@@ -156,6 +168,10 @@ def main(arguments):
         status = sphinx(folder, out, check)
     if status == 0 and not check and (MODULE / "kempe_page.js").exists():
         print(f"{len(live_examples.write(MODULE, out / 'live', to_docs=True))} live pages")
+    if status == 0 and not check and (BENCH_MODULE / "kempe_page.js").exists():
+        (out / "live").mkdir(exist_ok=True)
+        (out / "live/workbench.html").write_text(site_workbench.page(BENCH_MODULE))
+        print("the workbench")
     if status == 0 and not check:
         print(f"{out}/index.html")
     return status

@@ -12,7 +12,8 @@
  *     }
  *     kempe_language_server_free(server);
  *
- * It reads the files that a model names, and writes none. A server belongs to one thread.
+ * It reads the files that a model names, and writes none. After kempe_context_set_folder it reads only files of that
+ * folder. A server belongs to one thread.
  */
 #ifndef KEMPE_LANGUAGE_SERVER_H
 #define KEMPE_LANGUAGE_SERVER_H

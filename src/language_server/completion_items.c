@@ -2,6 +2,7 @@
 /* Completion. The text before the cursor decides: a mark is put there, open brackets and
  * quotes are closed, and the reader of YAML gives the node of the mark. Names are from the last document that could be
  * read. */
+#include "base/context.h"
 #include "base/memory.h"
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
@@ -236,7 +237,8 @@ static void put_files(completing *c, bool models)
     for (const char *name; names && (name = kmp_folder_names_next(names));) {
         const char *ending = strrchr(name, '.');
         const bool model = ending && (strcmp(ending, ".yaml") == 0 || strcmp(ending, ".yml") == 0);
-        if (name[0] != '.' && model == models && strcmp(name, slash + 1) != 0)
+        if (name[0] != '.' && model == models && strcmp(name, slash + 1) != 0 &&
+            !kmp_context_beyond(c->s->context, kmp_arena_printf(&c->s->work, "%s%s", folder, name)))
             put_item(c, name, FILE_ITEM, "", "", name);
     }
     if (names)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The open files of a session, other files that they name, and diagnostics: the sentences of the reader. */
+#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "language_server/session.h"
@@ -229,7 +230,7 @@ static kempe_status read_model(kempe_language_server *s, const char *path, kempe
 char *kmp_file_objection(kempe_language_server *s, const char *path, int count, const char *const *paths,
                          char *const *texts)
 {
-    kempe_context *context = kempe_context_new();
+    kempe_context *context = kmp_context_new_below(s->context);
     kempe_model *model = NULL;
     char *message = NULL;
     kempe_status status = KEMPE_OK;
@@ -346,7 +347,7 @@ void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file)
     enum { ERROR = 1, WARNING = 2, INFORMATION = 3 };
     kmp_text body = {0}, warnings = {0};
     kmp_json json = kmp_json_begin_as(&body, KMP_JSON_COMPACT);
-    kempe_context *context = kempe_context_new();
+    kempe_context *context = kmp_context_new_below(s->context);
     kempe_model *model = NULL;
     file->stale = false;
     kmp_json_put(&json, "{ jsonrpc %s method %s params { uri %s version %ld diagnostics [", "2.0",

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The protocol: headers, messages of JSON-RPC, requests by their names. */
 #include "language_server/session.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include <stdlib.h>
 #include <string.h>
@@ -360,7 +361,7 @@ kempe_status kempe_language_server_new(kempe_context *context, kempe_language_se
         s->context = context;
         s->ended = -1;
         s->wide = true;
-        s->quiet = kempe_context_new();
+        s->quiet = kmp_context_new_below(context); /* it reads the same files */
         s->schema = kmp_schema_read(&s->lasting);
     }
     const kempe_status status = kmp_made(context, s && s->quiet && s->schema);

@@ -45,6 +45,7 @@ static bool take_row(kmp_csv *csv, const char *line)
 
 kempe_status kempe_table_read(kempe_context *context, const char *path, kempe_table **table)
 {
+    KMP_WANTED(NULL, context, "context");
     KMP_WANTED(context, table, "table");
     *table = NULL;
     KMP_WANTED(context, path, "path");

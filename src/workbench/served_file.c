@@ -92,6 +92,7 @@ void kmp_served_file_put(kmp_served_file *f, kmp_text *out)
     (void)pthread_mutex_lock(&f->lock);
     kmp_json_object(&json, NULL);
     kmp_json_string(&json, "name", f->name);
+    kmp_json_string(&json, "path", f->path);
     kmp_json_string(&json, "text", f->text);
     kmp_json_whole(&json, "version", f->version);
     kmp_json_end(&json);

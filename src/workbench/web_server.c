@@ -10,6 +10,7 @@
 #include "workbench/served_run.h"
 #include "workbench/web_parts.h"
 #include <errno.h>
+#include <kempe/language_server.h>
 #include <kempe/settings.h>
 #include <kempe/workbench.h>
 #include <stdatomic.h>
@@ -301,6 +302,31 @@ static enum MHD_Result drag_body(request *r)
                                                      : MHD_HTTP_UNPROCESSABLE_CONTENT);
 }
 
+/* A whole conversation with a separate language server, which reads files where commands do. */
+static enum MHD_Result ask_language_server(request *r)
+{
+    kempe_language_server *server = NULL;
+    kempe_context *context = kempe_context_new();
+    char *answer = NULL;
+    kempe_status status = context ? kempe_context_set_folder(context, r->bench->readable) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = kempe_language_server_new(context, &server);
+    if (status == KEMPE_OK)
+        status = kempe_language_server_take(server, r->body.s ? r->body.s : "", r->body.length, &answer);
+    enum MHD_Result done;
+    if (status == KEMPE_OK) {
+        kmp_text_put(&r->answer, answer);
+        done = give(r, MHD_HTTP_OK, "text/plain; charset=utf-8");
+    } else {
+        const char *reason = status == KEMPE_E_MEMORY ? "out of memory" : kempe_context_message(context);
+        done = refuse(r, status == KEMPE_E_INPUT ? MHD_HTTP_BAD_REQUEST : MHD_HTTP_INTERNAL_SERVER_ERROR, reason);
+    }
+    kempe_text_free(answer);
+    kempe_language_server_free(server);
+    kempe_context_free(context);
+    return done;
+}
+
 /* A part of the page; the page itself is "". */
 static enum MHD_Result give_part(request *r)
 {
@@ -320,9 +346,10 @@ static const struct {
     enum MHD_Result (*answer)(request *r);
     enum MHD_Result (*take)(request *r, const kmp_json_value *body);
 } addresses[] = {
-    {"GET", "file", give_file, NULL},       {"PUT", "file", NULL, put_file},
-    {"POST", "command", NULL, run_command}, {"GET", "progress", give_progress, NULL},
-    {"POST", "stop", NULL, stop_command},   {"POST", "drag", drag_body, NULL},
+    {"GET", "file", give_file, NULL},           {"PUT", "file", NULL, put_file},
+    {"POST", "command", NULL, run_command},     {"GET", "progress", give_progress, NULL},
+    {"POST", "stop", NULL, stop_command},       {"POST", "drag", drag_body, NULL},
+    {"POST", "lsp", ask_language_server, NULL},
 };
 enum { ADDRESSES = sizeof addresses / sizeof *addresses };
 

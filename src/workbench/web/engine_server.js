@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The engine of the page: the server that `kempe workbench` has started (docs/workbench_protocol.md). Any object with these
- * functions can be the engine; without `drag` bodies cannot be dragged, without `save` the file cannot be written. */
+ * functions can be the engine: src/browser/engine_wasm.js is another one. Without `drag` bodies cannot be dragged, without `save`
+ * the file cannot be written. */
 "use strict";
 
 class ServerError extends Error {
@@ -11,8 +12,9 @@ class ServerError extends Error {
     }
 }
 
-const serverEngine = {
+const pageEngine = {
     isPrivate: true, /* its address has a token, which others shall not get */
+    saving: "Saving writes it to", /* the file */
 
     async ask(address, method = "GET", body = undefined) {
         const answer = await fetch(address, { method, cache: "no-store", ...(body ? { body: JSON.stringify(body), headers: { "Content-Type": "application/json" } } : {}) });
@@ -21,7 +23,7 @@ const serverEngine = {
         return { status: answer.status, told };
     },
 
-    /* { name, text, version } of the file. */
+    /* { name, path, text, version } of the file. */
     async read() {
         return (await this.ask("file")).told;
     },
@@ -50,6 +52,13 @@ const serverEngine = {
 
     async stop(run) {
         return (await this.ask("stop", "POST", { run })).told.stopped;
+    },
+
+    /* Messages of the Language Server Protocol, headers included, of a whole conversation, and those of the answer. */
+    async language(messages) {
+        const answer = await fetch("lsp", { method: "POST", cache: "no-store", body: messages });
+        if (!answer.ok) throw new ServerError(answer.status, await answer.json());
+        return answer.text();
     },
 
     /* { session, q, closure, distance, branch_changed, poses } of a point that is pulled to a target. */

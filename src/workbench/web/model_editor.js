@@ -8,14 +8,14 @@ let modelEditor = null;
 /* -- help --------------------------------------------------------------------------------------------------- */
 
 /* A list of completions for the editor. */
-function editorHints(editor) {
-    const cursor = editor.getCursor(), found = completionsAt(editor.getValue(), editor.indexFromPos(cursor));
+async function editorHints(editor) {
+    const cursor = editor.getCursor(), found = await completionsAt(editor.getValue(), cursor).catch(() => null);
     if (!found || found.list.length === 0) return null;
     const render = (node, _, { text, about }) => {
         const words = element("small", about);
         node.append(text, words);
     };
-    return { from: editor.posFromIndex(found.from), to: cursor, list: found.list.map((one) => ({ ...one, render })) };
+    return { from: found.from, to: cursor, list: found.list.map((one) => ({ ...one, render })) };
 }
 
 /* The explanation of what the pointer rests on. */
@@ -28,26 +28,48 @@ function listenToHover(editor) {
     document.body.append(box);
     const hide = () => {
         clearTimeout(timer);
+        timer = 0;
         box.hidden = true;
     };
     host.addEventListener("mousemove", (event) => {
         hide();
-        timer = setTimeout(() => {
-            const place = editor.coordsChar({ left: event.clientX, top: event.clientY }, "window"), words = place.outside ? "" : explanationAt(editor.getValue(), editor.indexFromPos(place));
-            if (!words || !event.target.closest(".CodeMirror-lines") || document.querySelector(".CodeMirror-lint-tooltip")) return;
+        const asked = setTimeout(async () => {
+            const place = editor.coordsChar({ left: event.clientX, top: event.clientY }, "window"), words = place.outside ? "" : await explanationAt(editor.getValue(), place).catch(() => "");
+            if (!words || timer !== asked || !event.target.closest(".CodeMirror-lines") || document.querySelector(".CodeMirror-lint-tooltip")) return;
             box.textContent = words;
             box.hidden = false;
             box.style.left = `${Math.max(4, Math.min(event.clientX, innerWidth - box.offsetWidth - 8))}px`;
             box.style.top = `${event.clientY + 18 + box.offsetHeight > innerHeight ? event.clientY - box.offsetHeight - 10 : event.clientY + 18}px`;
         }, HOVER_WAIT);
+        timer = asked;
     });
     for (const kind of ["mouseleave", "mousedown", "keydown", "wheel"]) host.addEventListener(kind, hide, { passive: true });
 }
 
 /* The explanation at the cursor, for the keyboard. */
-function explainAtCursor(editor) {
-    const words = explanationAt(editor.getValue(), editor.indexFromPos(editor.getCursor()));
+async function explainAtCursor(editor) {
+    const words = await explanationAt(editor.getValue(), editor.getCursor()).catch((error) => sentence(error.message));
     tellMessages(words ? [{ level: "remark", text: words }] : []);
+}
+
+/* Asks for another name of what is at the cursor, and writes it wherever the name is. */
+async function renameAtCursor(editor) {
+    const text = editor.getValue(), place = editor.getCursor();
+    try {
+        const told = await askLanguage("textDocument/prepareRename", text, place);
+        if (!told) throw new Error("There is no name at the cursor that the model declares.");
+        const range = told.range ?? told, own = editor.getRange(placeOfText(range.start), placeOfText(range.end)), box = element("label", "New name: ", element("input"));
+        box.querySelector("input").setAttribute("aria-label", `New name of ${own}`);
+        editor.openDialog(box, async (name) => {
+            try {
+                if (editor.getValue() === text) changeText(await renamedText(text, place, name));
+            } catch (error) {
+                tellMessages([{ level: "error", text: sentence(error.message) }]);
+            }
+        }, { value: own, selectValueOnOpen: true });
+    } catch (error) {
+        tellMessages([{ level: "remark", text: sentence(error.message) }]);
+    }
 }
 
 /* -- errors ------------------------------------------------------------------------------------------------- */
@@ -114,11 +136,11 @@ function beginEditor(changed) {
         lint: { lintOnChange: false, getAnnotations: () => modelEditor?.state.kempeMarks || [] },
         hintOptions: { hint: editorHints, completeSingle: false },
         extraKeys: {
-            "Ctrl-Space": "autocomplete", "Ctrl-/": "toggleComment", "Cmd-/": "toggleComment", F1: explainAtCursor,
+            "Ctrl-Space": "autocomplete", "Ctrl-/": "toggleComment", "Cmd-/": "toggleComment", F1: explainAtCursor, F2: renameAtCursor,
             Tab: (editor) => (editor.somethingSelected() ? editor.indentSelection("add") : editor.replaceSelection("  ", "end")), "Shift-Tab": "indentLess",
         },
     });
-    modelEditor.getInputField().setAttribute("aria-label", "Text of the model. Ctrl+Space completes, F1 explains, Escape then Tab leaves.");
+    modelEditor.getInputField().setAttribute("aria-label", "Text of the model. Ctrl+Space completes, F1 explains, F2 renames, Escape then Tab leaves.");
     modelEditor.addKeyMap({ Esc: leaveEditor });
     modelEditor.on("change", changed);
     modelEditor.on("inputRead", (editor, { text }) => /[\w.]$/.test(text[0]) && text.length === 1 && editor.showHint());

@@ -23,7 +23,16 @@ const fewDigits = (x) => String(Number(x.toPrecision(2)));
 /* -- names -------------------------------------------------------------------------------------------------- */
 
 const isFree = (text, path, name) => !keysAt(readYaml(text), path).includes(name);
-const jointNames = (text) => [...declaredNames(text).joints, ...keysAt(readYaml(text), ["loops"]), ...keysAt(readYaml(text), ["drives"]), ...keysAt(readYaml(text), ["bodies"])];
+
+/* Joints with those of bodies, loops, drives, and bodies, whose coordinates may have their names. */
+function jointNames(text) {
+    const tree = readYaml(text), at = (...path) => keysAt(tree, path);
+    const ofBodies = at("bodies").flatMap((body) => {
+        const name = nodeAt(tree, ["bodies", body, "joint", "name"]);
+        return name?.kind === "scalar" ? [text.slice(name.start, name.end)] : [];
+    });
+    return [...at("joints"), ...ofBodies, ...at("loops"), ...at("drives"), ...at("bodies")];
+}
 
 /* "bar1", "bar2", .. */
 function numbered(text, path, stem, first = 1) {

@@ -8,7 +8,7 @@ const SLIDER_WAIT = 60;
 const WATCH_AGAIN = 2000; /* ms after a failure of the server */
 
 const bench = {
-    engine: serverEngine, name: "model.yaml", text: "", saved: "", version: 0,
+    engine: pageEngine, name: "model.yaml", path: "/model.yaml", text: "", sound: "", saved: "", version: 0, /* sound: the last text without an error */
     model: null, start: null, startPage: null, wrong: false, /* of the text: numbers, assembled start, its picture, whether it has an error */
     values: {}, /* parameters that sliders have changed */
     run: null, running: false, stopping: false, checked: Promise.resolve(), dragSession: null, dragText: null, dragQ: null, end: null,
@@ -36,6 +36,7 @@ async function checkText({ picture = true } = {}) {
     const open = model && !closed && !start.messages.some(({ level }) => level === "error") ? [{ level: "error", text: failed(start) }] : [];
     bench.wrong = !begun && !model;
     tellErrors(begun ? [] : [...(model ? start : shown).messages, ...open]);
+    if (model) bench.sound = text;
     if (model || begun) bench.model = model ?? groundModel(text);
     if (closed) Object.assign(bench, { start: start.json, startPage: start.page });
     byId("view").classList.toggle("old", !begun && !closed);
@@ -161,7 +162,7 @@ async function watchFile() {
 /* A text from elsewhere takes the place of the present one; undo brings it back. */
 function openText(text, name) {
     changeText(text);
-    tellNotice(`The text is the one of ${name}. Saving writes it to ${bench.name}; undo brings the former one back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
+    tellNotice(`The text is the one of ${name}. ${bench.engine.saving} ${bench.name}; undo brings the former one back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
 }
 
 async function openLink() {
@@ -285,10 +286,9 @@ async function begin() {
     window.addEventListener("beforeunload", (event) => bench.text !== bench.saved && event.preventDefault());
     new ResizeObserver(drawScene).observe(byId("view"));
     showPanel(document.body.dataset.panel);
-    fetch("kempe.schema.json").then(async (answer) => answer.ok && (modelSchema = await answer.json())).catch(() => null);
     try {
         const file = await bench.engine.read();
-        Object.assign(bench, { name: file.name, version: file.version, saved: file.text });
+        Object.assign(bench, { name: file.name, path: file.path, version: file.version, saved: file.text });
         modelEditor.setValue(file.text);
         modelEditor.clearHistory();
         textChanged();
