@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference_*.c, whose numbers clang
-# does not have, platform_windows.c and src/browser, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
+# does not have, platform_windows.c and src/browser, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER FILE...`
+# it reads these of them, and says which it does not read. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
 # it reads the sources that differ from the branch main, and those that include a header that does; on main itself, those of the last 25
 # commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
 # twice as many lead to 94 in half as much time again, by 16 files. With `tests/tidy.sh BUILD_FOLDER deep` (./check full) it follows as many as it does by itself, in some
@@ -9,18 +10,31 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=${2:-}
+named=()
+case $mode in
+"" | changed | deep) ;;
+*) named=("${@:2}") ;;
+esac
 how=(--extra-arg=-Xclang --extra-arg=-analyzer-config --extra-arg=-Xclang --extra-arg=max-nodes=5000)
 if [ "$mode" = deep ]; then
     how=()
 fi
-# The sources to read, NUL between them.
-sources() {
-    find src constraints integrators examples -name '*.c' ! -name "reference_*.c" ! -name platform_windows.c ! -path 'src/browser/*' | sort | chosen | tr '\n' '\0'
+all() {
+    find src constraints integrators examples -name '*.c' ! -name "reference_*.c" ! -name platform_windows.c ! -path 'src/browser/*' | sort
 }
 
-# Of the names on the standard input those that changed.
+# The sources to read, NUL between them.
+sources() {
+    all | chosen | tr '\n' '\0'
+}
+
+# Of the names on the standard input those that are named, or that changed.
 chosen() {
     local base="" differ="" headers=""
+    if [ ${#named[@]} -gt 0 ]; then
+        grep -Fx -f <(printf '%s\n' "${named[@]#./}") || true
+        return
+    fi
     if [ "$mode" = changed ]; then
         base=$(git merge-base HEAD origin/main 2>/dev/null || git merge-base HEAD main 2>/dev/null || true)
         if [ -n "$base" ] && [ "$base" = "$(git rev-parse HEAD)" ]; then
@@ -40,6 +54,9 @@ chosen() {
     done
 }
 
+for name in "${named[@]#./}"; do
+    all | grep -Fxq -- "$name" || printf 'not read: %s\n' "$name" >&2
+done
 if command -v clang-query >/dev/null; then
     found=$(sources | sed -z '/^examples\//d' | xargs -0 -r -n 60 -P "$(nproc)" clang-query -p "${1:-build/dev}" -f tests/argument_order.query)
     if grep 'binds here' <<<"$found"; then

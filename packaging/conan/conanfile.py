@@ -37,6 +37,7 @@ class Kempe(ConanFile):
     def generate(self):
         toolchain = CMakeToolchain(self)
         for name, value in {"KEMPE_TESTS": False, "KEMPE_UNITS": False, "KEMPE_INSTALL": True, "KEMPE_UMFPACK": False, "KEMPE_CMINPACK": False,
+                            "KEMPE_WORKBENCH": False,  # it loads a shared libmicrohttpd when it starts
                             "KEMPE_COMMAND": bool(self.options.command), "KEMPE_NLOPT": bool(self.options.nlopt)}.items():
             toolchain.cache_variables[name] = value
         toolchain.generate()
@@ -49,7 +50,7 @@ class Kempe(ConanFile):
 
     def package(self):
         copy(self, "LICENSE*", self.source_folder, self.package_folder + "/licenses")
-        copy(self, "LICENSE.txt", self.source_folder + "/third_party", self.package_folder + "/licenses")
+        copy(self, "*/LICENSE.txt", self.source_folder + "/third_party", self.package_folder + "/licenses")
         CMake(self).install()
         rmdir(self, self.package_folder + "/lib/cmake")
         rmdir(self, self.package_folder + "/lib/pkgconfig")
