@@ -255,6 +255,16 @@ class Workbench(Served):
         (self.within / "kept.yaml").rename(self.model)
         self.lives()
 
+    def test_large_models(self):
+        """Dragging a model that would be prepared for minutes is refused, and the server ends at once."""
+        count = 10000
+        links = "".join(f"  b{k}: {{joint: {{revolute: z, at: {f'b{k - 1}.E' if k else 'ground'}}}, mass: 1, inertia: {{zz: 1}}, points: {{E: [1, 0, 0]}}}}\n" for k in range(count))
+        status, body = self.ask("drag", {"session": None, "text": "kempe: 1\nbodies:\n" + links, "q": None, "body": None})
+        self.assertEqual(status, 422, body[:200])
+        self.assertIn(b"a model of 10000 coordinates is too large to be dragged, which needs 1000 at most", body)
+        self.process.terminate()
+        self.process.wait(timeout=5)
+
     def test_places_of_messages(self):
         """The name of a file may have spaces, digits and letters of any language."""
         wrong = FOUR_BAR.replace("\n    mass:", "\n    mas:", 1)
