@@ -36,7 +36,7 @@ kempe_context *kmp_context_new_below(kempe_context *above);
 /** The text that a caller has given in place of a file of this name, also to a context above; NULL: none. */
 const char *kmp_context_text(const kempe_context *context, const char *name);
 
-/** Whether the context, or one above, reads files in one folder and nowhere else. */
+/** True: the context, or one above, reads files in one folder and nowhere else. */
 bool kmp_context_is_confined(const kempe_context *context);
 
 /** The folder that the context, or one above, reads files in and nowhere else, where the file of this path is not in

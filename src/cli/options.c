@@ -591,7 +591,7 @@ static bool store_quantity(const option *o, const char *text, double *value)
     return good;
 }
 
-/* Where an option names a file that the command writes. */
+/* True: the value of the option is a file that the command writes. */
 static bool writes(const option *o, unsigned command)
 {
     return (o->commands & command) && o->group == IN_OUTPUT && o->value && strcmp(o->name, "against") != 0;
