@@ -79,7 +79,7 @@ function messagesOf(lines) {
     return lines.map((line) => {
         const warning = line.startsWith("kempe: warning: ");
         const words = line.replace(/^kempe: (warning: )?/, "").replaceAll(FOLDER, "");
-        const place = /^([^\s:]+):(\d+):(?:(\d+):)? (.*)$/s.exec(words), level = warning ? "warning" : "error";
+        const place = /^([^\t\n:]+):(\d+):(?:(\d+):)? (.*)$/s.exec(words), level = warning ? "warning" : "error";
         if (!place) return { level, text: words };
         return { level, text: place[4], file: place[1], line: Number(place[2]), ...(place[3] ? { column: Number(place[3]) } : {}) };
     });

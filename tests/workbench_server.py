@@ -123,7 +123,7 @@ class Workbench(Served):
         self.assertEqual(result["status"], "complete")
         alone = subprocess.run([KEMPE, "check", "four_bar.yaml"], cwd=self.within, capture_output=True, text=True)
         self.assertEqual(self.command("check", "four_bar.yaml")["text"], alone.stdout.rstrip("\n"))
-        done = self.command("check", "four_bar.yaml", files={"four_bar.yaml": FOUR_BAR.replace("mass:", "mas:", 1)})
+        done = self.command("check", "four_bar.yaml", files={"four_bar.yaml": FOUR_BAR.replace("\n    mass:", "\n    mas:", 1)})
         self.assertEqual(done["code"], 2)
         self.assertEqual((done["messages"][0]["level"], done["messages"][0]["file"]), ("error", "four_bar.yaml"))
         self.assertGreater(done["messages"][0]["line"] * done["messages"][0]["column"], 0)
@@ -161,7 +161,7 @@ class Workbench(Served):
         self.assertEqual((status, second["session"], second["freedoms"]), (200, first["session"], 1), second)
         self.assertLess(second["closure"], 1e-10)
         self.assertNotEqual(second["q"], first["q"])
-        status, body = self.ask("drag", {"session": None, "text": FOUR_BAR.replace("mass:", "mas:", 1), "q": None, "body": None})
+        status, body = self.ask("drag", {"session": None, "text": FOUR_BAR.replace("\n    mass:", "\n    mas:", 1), "q": None, "body": None})
         self.assertEqual((status, json.loads(body)["messages"][0]["file"]), (422, "four_bar.yaml"))
         self.assertEqual(self.ask("drag", {"session": 999, "text": None, "q": None, "body": None})[0], 422)
         for wrong in ({"body": 3}, {"body": "none"}, {"q": 5}, {"q": {"none": 1}}, {"point": [1, 2]}, {"target": ["a", 0, 0]}):
@@ -258,6 +258,58 @@ class Workbench(Served):
         self.assertNotIn("other.yaml", json.dumps(told))  # names of files beyond the folder
         told = self.converse(include, "textDocument/completion", (3, 10))
         self.assertIn("here.yaml", json.dumps(told))
+
+    def test_pipes(self):
+        """A pipe that nobody writes holds up neither a command, nor dragging, nor the file, nor the end."""
+        os.mkfifo(self.within / "pipe.yaml")
+        done = self.command("check", "pipe.yaml")
+        self.assertEqual(done["code"], 2, done)
+        self.assertIn("it is not a regular file", done["messages"][0]["text"])
+        text = "kempe: 1\nname: x\ninclude:\n  - file: pipe.yaml\n    as: a\n"
+        status, body = self.ask("drag", {"session": None, "text": text, "q": None, "body": None})
+        self.assertEqual(status, 422, body)
+        self.assertIn(b"it is not a regular file", body)
+        self.model.rename(self.within / "kept.yaml")
+        (self.within / "pipe.yaml").rename(self.model)
+        status, body = self.ask("file")
+        self.assertEqual(status, 404, body)
+        self.assertIn(b"it is not a regular file", body)
+        self.model.unlink()
+        self.model.symlink_to("/etc/passwd")
+        self.assertIn(b"only files in the folder", self.ask("file")[1])
+        self.model.unlink()
+        (self.within / "kept.yaml").rename(self.model)
+        self.lives()
+
+    def test_large_models(self):
+        """Dragging a model that would be prepared for minutes is refused, and the server ends at once."""
+        count = 10000
+        links = "".join(f"  b{k}: {{joint: {{revolute: z, at: {f'b{k - 1}.E' if k else 'ground'}}}, mass: 1, inertia: {{zz: 1}}, points: {{E: [1, 0, 0]}}}}\n" for k in range(count))
+        status, body = self.ask("drag", {"session": None, "text": "kempe: 1\nbodies:\n" + links, "q": None, "body": None})
+        self.assertEqual(status, 422, body[:200])
+        self.assertIn(b"a model of 10000 coordinates is too large to be dragged, which needs 1000 at most", body)
+        self.process.terminate()
+        self.process.wait(timeout=5)
+
+    def test_places_of_messages(self):
+        """The name of a file may have spaces, digits and letters of any language."""
+        wrong = FOUR_BAR.replace("\n    mass:", "\n    mas:", 1)
+        line = wrong.split(" mas:")[0].count("\n") + 1
+        for name in ("my model 2.yaml", "modèle é.yaml", "<b>.yaml"):
+            done = self.command("check", name, files={name: wrong})
+            first = done["messages"][0]
+            self.assertEqual((done["code"], first.get("file"), first.get("line"), first["text"][:11]), (2, name, line, "unknown key"), done)
+
+    def test_earlier_run(self):
+        """A page against an earlier run reads the table in the folder of the model, and no other."""
+        done = self.command("simulate", "four_bar.yaml", "-o", "/out/earlier.csv")
+        (self.within / "earlier.csv").write_bytes(base64.b64decode(done["files"]["earlier.csv"]))
+        done = self.command("simulate", "four_bar.yaml", "--report", "/out/page.html", "--against", "/model/earlier.csv")
+        self.assertEqual((done["code"], list(done["files"])), (0, ["page.html"]), done["messages"])
+        shutil.copy(self.within / "earlier.csv", self.folder / "outside.csv")
+        done = self.command("simulate", "four_bar.yaml", "--report", "/out/page.html", "--against", "../outside.csv")
+        self.assertEqual((done["code"], done["files"]), (2, {}))
+        self.assertIn("only files in the folder", done["messages"][0]["text"])
 
     def test_bodies(self):
         head = f"POST /{self.token}/command HTTP/1.1\r\nHost: {self.host}\r\nOrigin: http://{self.host}\r\n"

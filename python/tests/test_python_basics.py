@@ -267,6 +267,10 @@ def test_table(four_bar, tmp_path):
         run.write_report(tmp_path / "both.html", against=four_bar.system().check().coordinates)
     with pytest.raises(TypeError):
         run.write_report(tmp_path / "both.html", against=run)
+    for text, said in (("t,q.crank\n", "no rows"), ("t,q.crank [kg]\n0,1\n1,2\n", "'q.crank' in kg, this run in rad"), ("t [mm],q.crank\n0,1\n", "'t' in m, this run in s")):
+        (tmp_path / "other.csv").write_text(text)
+        with pytest.raises(kempe.ArgumentError, match=said):
+            run.write_report(tmp_path / "both.html", against=kempe.Table.read(tmp_path / "other.csv"))
     (tmp_path / "bad.csv").write_text("t,q.crank\n0,one\n")
     with pytest.raises(kempe.InputError, match="bad.csv:2:3: this is not a number"):
         kempe.Table.read(tmp_path / "bad.csv")

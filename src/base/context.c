@@ -214,12 +214,24 @@ kempe_status kempe_context_set_folder(kempe_context *context, const char *folder
     return KEMPE_OK;
 }
 
-const char *kmp_context_beyond(const kempe_context *context, const char *path)
+/* The only folder that may be read; NULL: all may. */
+static const char *folder_of(const kempe_context *context)
 {
-    char real[KMP_PATH_MOST];
     const char *folder = NULL;
     for (const kempe_context *c = context; c && !folder; c = c->above)
         folder = c->folder;
+    return folder;
+}
+
+bool kmp_context_is_confined(const kempe_context *context)
+{
+    return folder_of(context);
+}
+
+const char *kmp_context_beyond(const kempe_context *context, const char *path)
+{
+    char real[KMP_PATH_MOST];
+    const char *folder = folder_of(context);
     if (!folder || !kmp_path_real(path, real))
         return NULL;
     const size_t length = strlen(folder);

@@ -36,6 +36,9 @@ kempe_context *kmp_context_new_below(kempe_context *above);
 /** The text that a caller has given in place of a file of this name, also to a context above; NULL: none. */
 const char *kmp_context_text(const kempe_context *context, const char *name);
 
+/** True: the context, or one above, reads files in one folder and nowhere else. */
+bool kmp_context_is_confined(const kempe_context *context);
+
 /** The folder that the context, or one above, reads files in and nowhere else, where the file of this path is not in
  * it; NULL: it may be read, or is not there. */
 const char *kmp_context_beyond(const kempe_context *context, const char *path);

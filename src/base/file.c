@@ -84,8 +84,9 @@ kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const cha
     if (folder)
         return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': only files in the folder '%s' may be read here", path,
                         folder);
-    /* a pipe waits for its writer, as in every program; nothing else is waited for */
-    bool pipes = kinds[kind].pipes && kmp_path_look(path, &about) && about.kind == KMP_PATH_PIPE;
+    /* a pipe waits for its writer, as in every program, but for a server that reads one folder */
+    bool pipes = kinds[kind].pipes && !kmp_context_is_confined(context) && kmp_path_look(path, &about) &&
+                 about.kind == KMP_PATH_PIPE;
     int fd = kmp_file_open(path, pipes ? KMP_OPEN_READ : KMP_OPEN_READ | KMP_OPEN_AT_ONCE);
     const char *why = fd < 0 || !kmp_file_look(fd, &about)    ? strerror(errno)
                       : about.kind == KMP_PATH_FOLDER         ? strerror(EISDIR)

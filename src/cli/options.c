@@ -591,6 +591,12 @@ static bool store_quantity(const option *o, const char *text, double *value)
     return good;
 }
 
+/* True: the value of the option is a file that the command writes. */
+static bool writes(const option *o, unsigned command)
+{
+    return (o->commands & command) && o->group == IN_OUTPUT && o->value && strcmp(o->name, "against") != 0;
+}
+
 /* The file that an option names; NULL: none. */
 static const char *file_of(const option *o, const cli_settings *settings)
 {
@@ -616,16 +622,16 @@ static bool check_apart(const option *written, const char *path, const char *rea
 bool cli_written_apart(unsigned command, const cli_settings *s)
 {
     for (const option *o = options; o < options + OPTION_COUNT; o++) {
-        const char *path = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, s) : NULL, *other;
+        const char *path = writes(o, command) ? file_of(o, s) : NULL, *other;
         if (!path)
             continue;
         for (const option *p = options; p < options + OPTION_COUNT; p++) {
             if (!(p->commands & command) || !p->value || p->offset == o->offset || !(other = file_of(p, s)))
                 continue;
             const bool goes_on = strcmp(o->name, "checkpoint") == 0 && strcmp(p->name, "resume") == 0;
-            if (p->group != IN_OUTPUT && !goes_on && !check_apart(o, path, other))
+            if (!writes(p, command) && !goes_on && !check_apart(o, path, other))
                 return false;
-            if (p < o && p->group == IN_OUTPUT && is_same_file(path, other))
+            if (p < o && writes(p, command) && is_same_file(path, other))
                 return cli_complain("--%s and --%s write the same file '%s': name two", p->name, o->name, path);
         }
         if (!check_apart(o, path, s->file) || !check_apart(o, path, s->fit.data))
@@ -641,7 +647,7 @@ const char *cli_written(unsigned command, const cli_settings *settings, int *k)
 {
     for (; *k < (int)OPTION_COUNT; ++*k) {
         const option *o = &options[*k];
-        const char *path = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, settings) : NULL;
+        const char *path = writes(o, command) ? file_of(o, settings) : NULL;
         if (path) {
             ++*k;
             return path;
@@ -654,7 +660,7 @@ bool cli_written_into(unsigned command, cli_settings *settings, const char *fold
 {
     size_t used = 0;
     for (const option *o = options; o < options + OPTION_COUNT; o++) {
-        const char *name = (o->commands & command) && o->group == IN_OUTPUT && o->value ? file_of(o, settings) : NULL;
+        const char *name = writes(o, command) ? file_of(o, settings) : NULL;
         if (!name || (used > 0 && name > kept && name < kept + used)) /* two rows of one option */
             continue;
         if (strcspn(name, "/\\:") < strlen(name) || name[0] == '.' || !*name)

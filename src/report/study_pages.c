@@ -20,6 +20,7 @@
 #include "ensemble/statistics/statistics.h"
 #include "model/data/model.h"
 #include "model/data/signal.h"
+#include "model/language/dimension.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "picture/motion_picture.h"
@@ -687,6 +688,40 @@ kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *
     return kmp_page_write(&kind, folder->context, NULL, &(gathered){folder, model}, path);
 }
 
+static bool is_of_unit(const char *own, const char *other)
+{
+    kmp_unit a, b;
+    const bool known = kmp_unit_read(own, strlen(own), &a) && kmp_unit_read(other, strlen(other), &b);
+    return !known || kmp_dimension_fits(a.dimension, b.dimension);
+}
+
+/* An earlier run has rows over t, and columns of this run in units of their kind. */
+static kempe_status check_earlier(kempe_context *context, const kempe_trajectory *trajectory,
+                                  const kempe_table *earlier)
+{
+    const char *wrong = "no column of an output that this run has";
+    kempe_table *rows = NULL;
+    kempe_status status = kempe_trajectory_table(trajectory, "rows", &rows);
+    for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(rows); c++) {
+        const char *name = kempe_table_column_name(rows, c), *unit = kempe_table_unit(rows, c);
+        const int own = kempe_table_find(earlier, name);
+        if (own >= 0 && !is_of_unit(unit, kempe_table_unit(earlier, own)))
+            status = kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has '%s' in %s, this run in %s",
+                              kempe_table_name(earlier), name, kempe_table_unit(earlier, own), unit);
+        if (own >= 0 && strcmp(name, "t") != 0)
+            wrong = NULL;
+    }
+    kempe_table_free(rows);
+    KMP_TRY(status);
+    if (!wrong && kempe_table_find(earlier, "t") < 0)
+        wrong = "no column t";
+    if (!wrong && kempe_table_row_count(earlier) == 0)
+        wrong = "no rows";
+    return wrong ? kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has %s: nothing can be compared with this run",
+                            kempe_table_name(earlier), wrong)
+                 : KEMPE_OK;
+}
+
 kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory, const kempe_table *earlier,
                                                    const char *path)
 {
@@ -694,16 +729,7 @@ kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *traje
     KMP_WANTED(NULL, trajectory, "trajectory");
     kempe_context *context = trajectory->system->context;
     KMP_WANTED(context, earlier, "earlier");
-    bool shared = false;
-    kempe_table *rows = NULL;
-    KMP_TRY(kempe_trajectory_table(trajectory, "rows", &rows));
-    for (int c = 1; c < kempe_table_column_count(rows) && !shared; c++)
-        shared = kempe_table_find(earlier, kempe_table_column_name(rows, c)) >= 0;
-    kempe_table_free(rows);
-    if (!shared || kempe_table_find(earlier, "t") < 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "the table '%s' has no column %s: nothing can be compared with this run",
-                        kempe_table_name(earlier), shared ? "t" : "of an output that this run has");
+    KMP_TRY(check_earlier(context, trajectory, earlier));
     const beside both = {trajectory, earlier};
     return kmp_page_write(&kind, context, trajectory->system, &both, path);
 }

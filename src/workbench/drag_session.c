@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SESSIONS = 4 };
+enum { MOST_SESSIONS = 4, MOST_DRAGGED = 1000 };
 
 /* A text with its prepared mechanism. */
 typedef struct session {
@@ -72,6 +72,10 @@ static kempe_status prepare(kempe_drag *d, session *s)
 {
     KMP_TRY(kempe_context_set_text(d->context, d->file, s->text));
     kempe_status status = kempe_model_read(d->context, d->file, &s->model);
+    if (status == KEMPE_OK && s->model->motion_count > MOST_DRAGGED)
+        return kmp_fail(d->context, KEMPE_E_INPUT,
+                        "a model of %d coordinates is too large to be dragged, which needs %d at most: run a study",
+                        s->model->motion_count, MOST_DRAGGED);
     if (status == KEMPE_OK)
         status = kempe_system_new_with_algorithm(s->model, "plain", &s->system);
     if (status == KEMPE_OK)

@@ -5,17 +5,17 @@
 #include <string.h>
 
 /* The place of "FILE:LINE:COLUMN: " or "FILE:LINE: " before a sentence, whose beginning it returns; NULL: there is
- * none. */
+ * none. The name may have spaces; the colon of a sentence has no digit right behind it. */
 static const char *read_place(const char *line, int *name, long *row, long *column)
 {
-    const size_t length = strcspn(line, ": \t");
+    const size_t length = strcspn(line, ":\t");
     char *end;
-    if (length == 0 || line[length] != ':')
+    if (length == 0 || line[length] != ':' || line[length + 1] < '1' || line[length + 1] > '9')
         return NULL;
     *name = (int)length;
     *column = 0;
     *row = strtol(line + length + 1, &end, 10);
-    if (end == line + length + 1 || *row < 1 || *end != ':')
+    if (*end != ':')
         return NULL;
     if (end[1] != ' ') {
         const char *digits = end + 1;

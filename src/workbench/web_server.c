@@ -519,6 +519,7 @@ static kempe_status take_folder(kempe_workbench *w, const char *folder)
     if (!kmp_path_real(folder, w->readable))
         return kmp_fail(w->context, KEMPE_E_IO, "cannot find the folder '%s': %s", folder, strerror(errno));
     KMP_TRY(kempe_context_set_folder(w->drag_context, w->readable));
+    KMP_TRY(kempe_context_set_folder(w->file.context, w->readable));
     if (kmp_context_beyond(w->drag_context, w->file.path))
         return kmp_fail(w->context, KEMPE_E_ARGUMENT, "'%s' is not in the folder '%s'", w->file.name, folder);
     return KEMPE_OK;

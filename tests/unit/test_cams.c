@@ -582,6 +582,38 @@ static void a_follower_lifts_off(void)
     }
 }
 
+/* Thrown up from the dwell of a law, farther than its lever reaches: free flight, and back on the base circle. */
+static void a_follower_flies(void)
+{
+    static const char *const thrown[] = {"roller: 8 mm, arm: 60 mm, distance: 80 mm", "roller: 8 mm, offset: 12 mm",
+                                         "knife: yes, arm: -60 mm, distance: 80 mm"};
+    for (int k = 0; k < 6; k++) {
+        char model[2048];
+        const bool roller = k % 3 < 2, swings = k % 3 != 1;
+        const double base = roller ? 0.044 : 0.036, speed = 3, flight = 2 * speed / 9.81;
+        (void)snprintf(
+            model, sizeof model,
+            "kempe: 1\ngravity: [0, -9.81, 0]\noutlines: {disc: {law: [{to: 60 deg, rise: %s, by: "
+            "cycloidal}, {to: 180 deg}, {to: 260 deg, rise: -%s, by: polynomial_345}, {to: 360 deg}], "
+            "base: 36 mm, follower: {%s}}}\nbodies:\n"
+            "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: "
+            "{C: [0, 0, 0]}}\n"
+            "  valve: {joint: {name: lift, prismatic: y, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
+            "contacts: {cam: {%s, on: {outline: disc, at: shaft.C}, restitution: 0}}\n"
+            "drives: {motor: {joint: turn, angle: 40 deg}}\n"
+            "start: {q: {lift: %.17g}, qd: {lift: 3}}\nrun: {output_step: 0.01}\n",
+            swings ? "6 deg" : "6 mm", swings ? "6 deg" : "6 mm", thrown[k % 3],
+            roller ? "cylinder: valve.foot, radius: 8 mm" : "point: valve.foot", base);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &ways[k < 3 ? 0 : 3], 1);
+        const kmp_log_entry *closes = run ? entry(run, "contact", 0) : NULL;
+        CHECK_NEAR(closes ? closes->t : NAN, flight, 1e-9);
+        CHECK_NEAR(number_of(run, "q(lift)", false), base, 1e-12);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* The example's roller stays on its cam up to the speed at which the least force over the angle is zero. */
 static void a_valve_stays_below_a_speed(void)
 {
@@ -817,6 +849,7 @@ int main(void)
     TEST(a_lever_is_a_four_bar);
     TEST(a_flat_lever_turns);
     TEST(a_follower_lifts_off);
+    TEST(a_follower_flies);
     TEST(a_valve_stays_below_a_speed);
     TEST(derivatives_follow_parameters);
     TEST(a_cam_rests_and_oscillates);

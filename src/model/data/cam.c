@@ -213,7 +213,7 @@ void kmp_outline_place(const kmp_outline *outline, int k, int count, double plac
 
 bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower)
 {
-    return cam->parts && cam->form == follower->form &&
+    return cam->parts && cam->form == follower->form && !(follower->leaves && (cam->arm != 0 || cam->offset != 0)) &&
            (follower->form != KMP_FOLLOWER_ROLLER || cam->radius == follower->radius);
 }
 

@@ -65,6 +65,7 @@ typedef struct kmp_cam_follower {
     const struct kmp_outline *outline;
     kmp_follower_form form;
     double radius; /* of a roller */
+    bool leaves;   /* it is in contact, and may be anywhere outside the cam */
 } kmp_cam_follower;
 
 /** True for what a follower touches as one surface: a cam, and a whole circle that is solid. */
@@ -85,7 +86,8 @@ typedef struct kmp_cam_check {
     double curvature; /* 1/m, there */
 } kmp_cam_check;
 
-/** True if the follower is the one of the law: its motion is the law itself. */
+/** True if the follower is the one of the law: its motion is the law itself. With an offset or a lever there is no lift
+ * at some distances from the centre, so that a contact is found on the curve. */
 bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower);
 
 /** Checks a follower on a cam. */

@@ -238,7 +238,7 @@ bool kmp_read_cam_law(kmp_outline_reading *c)
         !kmp_read_fixed_ruled(r, base, of, KMP_DIM_LENGTH, KMP_FIELD_POSITIVE, &radius) ||
         kmp_read_choice_of(r, follower, "flat", its, kmp_yes, "flat is", 0) < 0)
         return false;
-    const kmp_cam_follower own = {c->outline, cam->form, cam->radius};
+    const kmp_cam_follower own = {.outline = c->outline, .form = cam->form, .radius = cam->radius};
     kmp_cam_check hollow;
     if (!find_base(r, c->node, c->what, radius + cam->radius, cam) || !kmp_check_follower(r, c->map, c->what, &own))
         return false;

@@ -142,7 +142,8 @@ static bool read_cam(const reading *c, const kmp_yaml *node)
                                    .form = first->shape == KMP_TOUCH_FACE  ? KMP_FOLLOWER_FLAT
                                            : c->touch->radius[0].value > 0 ? KMP_FOLLOWER_ROLLER
                                                                            : KMP_FOLLOWER_KNIFE,
-                                   .radius = c->touch->radius[0].value};
+                                   .radius = c->touch->radius[0].value,
+                                   .leaves = true};
     c->touch->side[1].cam = follower;
     return !c->r->wrong && kmp_check_follower(c->r, c->map, c->what, follower);
 }
