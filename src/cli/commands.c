@@ -199,8 +199,8 @@ const cli_command cli_commands[] = {
      "  kempe view examples/stewart/stewart.yaml\n",
      .opens_pages = true, .dynamics = "plain", .run = cli_view},
     {CLI_WORKBENCH, "workbench", "edit and run a model in a browser: its text, the mechanism, results",
-     "  kempe workbench four_bar.yaml\n"
-     "  kempe workbench four_bar.yaml --port 8080 --no-browser\n",
+     "  kempe workbench examples/four_bar/four_bar.yaml\n"
+     "  kempe workbench examples/four_bar/four_bar.yaml --port 8080 --no-browser\n",
      .without_model = true, .wing = "WORKBENCH", .run = IN_WORKBENCH(cli_workbench)},
     {CLI_KINEMATICS, "kinematics", "position analysis: sweep coordinates; velocities, accelerations, dead centres",
      "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
