@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/json.h"
-#include "base/json_value.h"
+#include "language_server/json_value.h"
 #include "language_server/model_names.h"
 #include "language_server/text_places.h"
 #include <kempe/language_server.h>

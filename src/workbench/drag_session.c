@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dragging by requests in JSON: each text of a model is prepared once, and the last few are kept. */
 #include "base/json.h"
-#include "base/json_value.h"
 #include "base/memory.h"
-#include "constraints/closing/dragging.h"
+#include "language_server/json_value.h"
 #include "model/data/model.h"
 #include "platform/platform.h"
+#include "workbench/dragging.h"
 #include "workbench/message_lines.h"
 #include <kempe/settings.h>
 #include <kempe/workbench.h>

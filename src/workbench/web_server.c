@@ -3,8 +3,8 @@
  * connection. A request is judged by its host, origin, token and length before any of its body is taken. */
 #include "base/context.h"
 #include "base/file.h"
-#include "base/json_value.h"
 #include "base/memory.h"
+#include "language_server/json_value.h"
 #include "platform/platform.h"
 #include "workbench/served_file.h"
 #include "workbench/served_run.h"

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mechanisms that follow a dragged point: their loops stay closed, no frame jumps to another assembly mode, the point
  * comes as near to its target as geometry allows, and a frame takes less than a display shows one. */
-#include "constraints/closing/dragging.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "platform/platform.h"
 #include "sanitized.h"
+#include "workbench/dragging.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

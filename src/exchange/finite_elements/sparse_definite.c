@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides CHOLMOD (Chen, Davis, Hager, Rajamanickam, ACM TOMS 35 (2008) 22). As UMFPACK, it is loaded at its first use.
  */
-#include "linalg/sparse_definite.h"
+#include "exchange/finite_elements/sparse_definite.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "platform/platform.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "base/json_value.h"
+#include "language_server/json_value.h"
 #include "base/text.h"
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/closing/dragging.h"
+#include "workbench/dragging.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
