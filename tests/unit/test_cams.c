@@ -3,6 +3,7 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
+#include "random.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
@@ -386,6 +387,20 @@ static double roller_path(const kmp_table *polar, double u, double radius, doubl
     return u + atan2(p[1], p[0]);
 }
 
+/* A roller of this radius on the polar profile of a text, pushed along x, at an angle. */
+static loaded rolled(char *model, size_t size, const char *profile, double radius, double angle, double lift)
+{
+    (void)snprintf(model, size,
+                   "kempe: 1\n%sbodies:\n"
+                   "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, "
+                   "points: {C: [0, 0, 0]}}\n"
+                   "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
+                   "loops: {cam: {follower: valve.foot, roller: %.17g, on: {outline: disc, at: shaft.C}}}\n"
+                   "drives: {motor: {joint: turn, angle: \"%.17g + 100*t\"}}\nstart: {q: {lift: %.17g}}\n",
+                   profile, radius, angle, lift);
+    return load_text(model);
+}
+
 /* Beside the places of a coarse profile, where the acceleration of the roller has a kink, and between them. */
 static void a_path_is_exact(void)
 {
@@ -407,16 +422,7 @@ static void a_path_is_exact(void)
         for (int i = -1; i <= 2; i++) {
             double path[3];
             const double angle = roller_path(polar, i < 2 ? x[k] + 1e-7 * i : (x[k] + x[k + 1]) / 2, ROLLER, path);
-            (void)snprintf(
-                model, sizeof model,
-                "kempe: 1\n%sbodies:\n"
-                "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, "
-                "points: {C: [0, 0, 0]}}\n"
-                "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
-                "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}\n"
-                "drives: {motor: {joint: turn, angle: \"%.17g + 100*t\"}}\nstart: {q: {lift: %.17g}}\n",
-                table, -angle, path[0]);
-            loaded l = load_text(model);
+            loaded l = rolled(model, sizeof model, table, ROLLER, -angle, path[0]);
             kempe_trajectory *run = simulate(&l, &ways[3 + k % 2], 1e-4);
             CHECK_NEAR(number_of(run, "q(lift)", false), path[0], 1e-15);
             CHECK_NEAR(number_of(run, "qd(lift)", false), -100 * path[1], 1e-12);
@@ -426,6 +432,90 @@ static void a_path_is_exact(void)
         }
     }
     kmp_table_free(polar);
+}
+
+enum { MOST_PLACES = 2048 };
+
+/* The text of a polar profile with these radii at equal angles, the last of them being the first. */
+static void write_polar(char *text, size_t size, int places, double *x, double *y)
+{
+    size_t at = (size_t)snprintf(text, size, "tables: {r: {periodic: yes, x: [");
+    y[places - 1] = y[0];
+    for (int k = 0; k < 2 * places; k++) {
+        if (k < places)
+            x[k] = 2 * pi * k / (places - 1);
+        at += (size_t)snprintf(text + at, size - at, "%s%.17g",
+                               k == places ? "], y: ["
+                               : k         ? ", "
+                                           : "",
+                               k < places ? x[k] : y[k - places]);
+    }
+    (void)snprintf(text + at, size - at, "]}}\noutlines: {disc: {polar: r}}\n");
+}
+
+/* Random profiles: lift, rate and acceleration by the place on the spline, whose roller is at an angle of its own. */
+static void random_profiles_are_found(void)
+{
+    enum { PROFILES = 100, PLACES = 91, WAVES = 5 };
+    static char text[8192], model[10000];
+    random_seed(31);
+    for (int i = 0; i < PROFILES; i++) {
+        double x[PLACES], y[PLACES], size[WAVES], phase[WAVES], path[3];
+        const double radius = between(0.001, 0.015), u = between(0.05, 6.2);
+        for (int w = 0; w < WAVES; w++) {
+            size[w] = between(0, 0.003) / ((w + 1) * (w + 1));
+            phase[w] = between(0, 2 * pi);
+        }
+        for (int k = 0; k < PLACES; k++) {
+            y[k] = 0.04;
+            for (int w = 0; w < WAVES; w++)
+                y[k] += size[w] * cos((w + 1) * 2 * pi * k / (PLACES - 1) + phase[w]);
+        }
+        write_polar(text, sizeof text, PLACES, x, y);
+        kmp_table *polar = kmp_table_new(KMP_TABLE_PERIODIC, PLACES, x, y);
+        const double angle = roller_path(polar, u, radius, path);
+        loaded l = rolled(model, sizeof model, text, radius, -angle, path[0]);
+        kempe_trajectory *run = simulate(&l, &ways[3 + i % 2], 1e-4);
+        CHECK_NEAR(number_of(run, "q(lift)", false), path[0], 1e-15);
+        CHECK_NEAR(number_of(run, "qd(lift)", false), -100 * path[1], 1e-12);
+        CHECK_NEAR(number_of(run, "qdd(lift)", false), 1e4 * path[2], 3e-8);
+        kempe_trajectory_free(run);
+        unload(&l);
+        kmp_table_free(polar);
+    }
+}
+
+/* A nose between two nodes of the search, narrower than their distance, and noise under a flat face: the search ends
+ * beside the place of contact. */
+static void abrupt_profiles_are_refused(void)
+{
+    static char text[100000], model[110000];
+    static double x[MOST_PLACES], y[MOST_PLACES];
+    static const struct {
+        const char *loop, *words;
+        int places;
+        double nose, noise;
+    } cases[] = {
+        {"roller: 1 mm", "loop 'cam': the place of contact on 'disc' is not found at the polar angle 123", 2001, 1e-5,
+         0},
+        {"roller: 8 mm", "or take a smaller roller", 2001, 1e-6, 0},
+        {"flat: x", "is not found at the polar angle", 543, 0, 1e-6},
+    };
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        random_seed(5);
+        for (int k = 0; k < cases[c].places; k++) {
+            const double off = (2 * pi * k / (cases[c].places - 1) - 2 * pi * 700.5 / 2048) / 3e-4;
+            y[k] = 0.03 + cases[c].nose * exp(-off * off) + cases[c].noise * between(-0.5, 0.5);
+        }
+        write_polar(text, sizeof text, cases[c].places, x, y);
+        (void)snprintf(model, sizeof model,
+                       "kempe: 1\n%sbodies:\n"
+                       "  s: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 0]}}\n"
+                       "  v: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                       "loops: {cam: {follower: v.P, %s, on: {outline: disc, at: s.C}}}\n",
+                       text, cases[c].loop);
+        load_rejected(model, cases[c].words);
+    }
 }
 
 /* C3: the normal force and the torque on the cam, ideal and in contact, by all formulations. */
@@ -844,6 +934,8 @@ int main(void)
     TEST(other_followers_share_the_profile);
     TEST(followers_lift);
     TEST(a_path_is_exact);
+    TEST(random_profiles_are_found);
+    TEST(abrupt_profiles_are_refused);
     TEST(forces_have_their_digits);
     TEST(a_face_has_a_moment);
     TEST(a_lever_is_a_four_bar);
