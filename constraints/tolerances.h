@@ -679,6 +679,10 @@
 #define KMP_SHAFTS_BENT   60.0
 #define KMP_SHAFTS_FOLDED 179.0
 
+/** The second derivative of a spline is continuous at its knots but for rounding, which is below this part of it: its
+ * coefficients follow from differences of values with nine digits or more. A kink is of the size of the derivative. */
+#define KMP_BENDS_ALIKE 1e-6
+
 /* -- cams --------------------------------------------------------------------------------------------- */
 
 /** An ideal cam pulls its follower where the negative force exceeds this part of the largest force of a run. Smaller
