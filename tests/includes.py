@@ -17,7 +17,7 @@ import tempfile
 # layer: the layers it may see, besides itself and the public header
 LAYERS = {
     "base": "",
-    "linalg": "base",
+    "linalg": "base tolerances",
     "symbolic": "base linalg",
     "model": "base linalg symbolic tolerances",
     "roles": "",
