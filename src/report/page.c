@@ -140,6 +140,8 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
         if (page->motion.records[k].row.rows > 0)
             kmp_record_put(json, &page->motion.records[k]);
     kmp_json_end(json);
+    const kmp_shown length = kmp_shown_as(page->context, "m");
+    kmp_json_put(json, "length { unit %s factor %.17g }", length.unit, length.factor);
     kmp_motion_picture(json, "picture", s->model, page->picture.frames, page->picture.x, &page->picture.arrows);
     kmp_json_end(json);
 }

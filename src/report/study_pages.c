@@ -639,16 +639,37 @@ static kempe_status fill_simulation(kmp_result_page *page, const void *result)
     return KEMPE_OK;
 }
 
+/* A run and a table of an earlier one. */
 typedef struct beside {
     const kempe_trajectory *run;
     const kempe_table *earlier;
+    double own[2], other[2]; /* their first and last times, s */
 } beside;
+
+/* The run that has a part of the time alone; NULL: both have the same. Rounded numbers of a file count as the same. */
+static char *words_of_ranges(const beside *both, kmp_arena *arena)
+{
+    const double *own = both->own, *other = both->other, near = 1e-6 * (own[1] - own[0]);
+    if (fabs(own[0] - other[0]) <= near && fabs(own[1] - other[1]) <= near)
+        return NULL;
+    return kmp_arena_printf(arena,
+                            "'%s' has times from %.6g to %.6g s, this run from %.6g to %.6g s: its dotted curves are "
+                            "drawn from %.6g to %.6g s",
+                            kempe_table_name(both->earlier), other[0], other[1], own[0], own[1], fmax(own[0], other[0]),
+                            fmin(own[1], other[1]));
+}
 
 static kempe_status fill_beside(kmp_result_page *page, const void *result)
 {
     const beside *both = result;
     page->curves.earlier = both->earlier;
-    return fill_simulation(page, both->run);
+    KMP_TRY(fill_simulation(page, both->run));
+    const char *told = words_of_ranges(both, &page->arena), *others = page->head.warnings ? page->head.warnings : "";
+    if (told) {
+        kmp_log(page->context, KEMPE_LOG_WARNING, "%s", told);
+        page->head.warnings = kmp_arena_printf(&page->arena, "%s%s%s", told, *others ? "\n" : "", others);
+    }
+    return KEMPE_OK;
 }
 
 /* -- the table --------------------------------------------------------------------------------------- */
@@ -700,18 +721,47 @@ static bool is_of_unit(const char *own, const char *other)
     return !known || kmp_dimension_fits(a.dimension, b.dimension);
 }
 
-/* An earlier run has rows over t, and columns of this run in units of their kind. */
-static kempe_status check_earlier(kempe_context *context, const kempe_trajectory *trajectory,
-                                  const kempe_table *earlier)
+/* The first and the last time of a table, s; infinite in a table without any. */
+static void find_times(const kempe_table *table, double range[2])
 {
+    const int column = kempe_table_find(table, "t");
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    for (int row = 0; column >= 0 && row < kempe_table_row_count(table); row++) {
+        const double t = kmp_table_in_si(table, row, column);
+        range[0] = isfinite(t) ? fmin(range[0], t) : range[0];
+        range[1] = isfinite(t) ? fmax(range[1], t) : range[1];
+    }
+}
+
+/* The times of both runs meet in more than one time, unless one of them has no other. */
+static kempe_status check_times(kempe_context *context, const beside *both)
+{
+    const double *own = both->own, *other = both->other;
+    const double from = fmax(own[0], other[0]), to = fmin(own[1], other[1]);
+    if (from < to || (from == to && (own[0] == own[1] || other[0] == other[1])))
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_INPUT,
+                    "the table '%s' has times from %.6g to %.6g s, this run from %.6g to %.6g s: they do not meet, and "
+                    "nothing can be compared",
+                    kempe_table_name(both->earlier), other[0], other[1], own[0], own[1]);
+}
+
+/* An earlier run has rows over t at times of this run, and columns of this run in units of their kind. */
+static kempe_status check_earlier(kempe_context *context, beside *both)
+{
+    const kempe_table *earlier = both->earlier;
     const char *wrong = "no column of an output that this run has";
     kempe_table *rows = NULL;
-    kempe_status status = kempe_trajectory_table(trajectory, "rows", &rows);
+    kempe_status status = kempe_trajectory_table(both->run, "rows", &rows);
+    if (status == KEMPE_OK)
+        find_times(rows, both->own);
+    find_times(earlier, both->other);
     for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(rows); c++) {
         const char *name = kempe_table_column_name(rows, c), *unit = kempe_table_unit(rows, c);
         const int own = kempe_table_find(earlier, name);
         if (own >= 0 && !is_of_unit(unit, kempe_table_unit(earlier, own)))
-            status = kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has '%s' in %s, this run in %s",
+            status = kmp_fail(context, KEMPE_E_INPUT, "the table '%s' has '%s' in %s, this run in %s",
                               kempe_table_name(earlier), name, kempe_table_unit(earlier, own), unit);
         if (own >= 0 && strcmp(name, "t") != 0)
             wrong = NULL;
@@ -722,9 +772,9 @@ static kempe_status check_earlier(kempe_context *context, const kempe_trajectory
         wrong = "no column t";
     if (!wrong && kempe_table_row_count(earlier) == 0)
         wrong = "no rows";
-    return wrong ? kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has %s: nothing can be compared with this run",
+    return wrong ? kmp_fail(context, KEMPE_E_INPUT, "the table '%s' has %s: nothing can be compared with this run",
                             kempe_table_name(earlier), wrong)
-                 : KEMPE_OK;
+                 : check_times(context, both);
 }
 
 kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory, const kempe_table *earlier,
@@ -734,7 +784,7 @@ kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *traje
     KMP_WANTED(NULL, trajectory, "trajectory");
     kempe_context *context = trajectory->system->context;
     KMP_WANTED(context, earlier, "earlier");
-    KMP_TRY(check_earlier(context, trajectory, earlier));
-    const beside both = {trajectory, earlier};
+    beside both = {.run = trajectory, .earlier = earlier};
+    KMP_TRY(check_earlier(context, &both));
     return kmp_page_write(&kind, context, trajectory->system, &both, path);
 }

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "language_server/json_value.h"
 #include "platform/platform.h"
+#include "workbench/message_lines.h"
 #include "workbench/served_file.h"
 #include "workbench/served_run.h"
 #include "workbench/web_parts.h"
@@ -23,6 +24,7 @@ enum {
     MOST_CONNECTIONS = 200,
     PATIENCE_S = 20, /* a client that sends or takes nothing for so long is left */
     LONGEST_WAIT_S = 25,
+    MISSING_S = 1, /* programs that save may remove the file for a moment */
     LOOK_NS = 100000000
 };
 
@@ -215,11 +217,14 @@ static long number_of(const request *r, const char *key)
 static enum MHD_Result give_file(request *r)
 {
     const long after = number_of(r, "after");
-    const double until = kmp_wall_now() + LONGEST_WAIT_S;
+    double now = kmp_wall_now(), there = now; /* the last time when the file was there */
+    const double until = now + LONGEST_WAIT_S;
     kmp_text why = {0};
     long version = kmp_served_file_look(&r->bench->file, &why);
-    while (after >= 0 && (version == 0 || version == after)) {
-        if (kmp_wall_now() > until || atomic_load(&r->bench->runs.closing)) {
+    while (after >= 0 && (version == after || (version == 0 && now <= there + MISSING_S))) {
+        now = kmp_wall_now();
+        there = version > 0 ? now : there;
+        if (now > until || atomic_load(&r->bench->runs.closing)) {
             kmp_text_free(&why);
             return give(r, MHD_HTTP_NO_CONTENT, type_of(""));
         }
@@ -241,6 +246,8 @@ static enum MHD_Result put_file(request *r, const kmp_json_value *body)
     kmp_text why = {0};
     if (!text || version < 0)
         return refuse(r, MHD_HTTP_BAD_REQUEST, "'text' and 'version' are required");
+    if (kmp_json_member(body, "text")->replaced)
+        return refuse(r, MHD_HTTP_BAD_REQUEST, KMP_SERVED_NO_TEXT);
     if (kmp_served_file_write(&r->bench->file, text, &version, &why)) {
         kmp_text_printf(&r->answer, "{\"version\": %ld}\n", version);
         return give_json(r, MHD_HTTP_OK);
