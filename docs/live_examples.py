@@ -178,6 +178,12 @@ def scene():
     return "// SPDX-License-Identifier: BSD-3-Clause\n// The picture of report pages, made from src/report/web by docs/live_examples.py.\nlet isFlexible = false;\n" + "\n".join(texts)
 
 
+def without_comments(script):
+    """A script without the comments that have lines of their own, but for its first lines, which say what it is."""
+    head, body = re.match(r"((?://[^\n]*\n)*)(.*)", script, re.S).groups()
+    return head + re.sub(r"^ *(?://[^\n]*|/\*(?:[^*]|\*(?!/))*\*/) *\n", "", body, flags=re.M)
+
+
 def examples():
     return [name for _, names in gallery.GROUPS for name in names.split()]
 
@@ -223,9 +229,9 @@ def write(module, out, to_docs=False, names=None):
     """Pages, all of them if none is named, with the module and the scripts beside them. Returns their names."""
     (out / "pictures").mkdir(parents=True, exist_ok=True)
     shutil.copyfile(PARTS / "live_page.css", out / "live_page.css")
-    (out / "live_page.js").write_text("".join((PARTS / file).read_text() for file in ("plot_choices.js", "live_page.js")))
+    (out / "live_page.js").write_text(without_comments("".join((PARTS / file).read_text() for file in ("plot_choices.js", "live_page.js"))))
     shutil.copyfile(module / "kempe_page.js", out / "kempe_page.js")
-    (out / "live_scene.js").write_text(scene())
+    (out / "live_scene.js").write_text(without_comments(scene()))
     tutorial = {name: made for name, made in tutorial_files().items() if names is None or name in names}
     chosen = [name for name in live_examples() if names is None or name in names]
     runs = first_runs(module, {**{name: example_files(name) for name in chosen}, **{name: files for name, (_, files) in tutorial.items()}})

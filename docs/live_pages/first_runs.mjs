@@ -3,9 +3,11 @@
 // runs: [{ name, end, files, to }] }. A line for each has its processor time and its status or its error. `to` is a file for what a page
 // shows of the run before the module is there: the answer, the picture, and the columns that are plotted at first.
 import { readFileSync, writeFileSync } from "node:fs";
+import { gzipSync } from "node:zlib";
 
 const LIMIT = 100; // s, on a busy machine
-const MOST_ROWS = 400, DIGITS = 5; // of the plotted columns
+const MOST_ROWS = 200, DIGITS = 5; // of the plotted columns
+const MOST_BYTES = 30000; // by gzip: with the module and the scripts a page has less than 1.5 MB
 const job = JSON.parse(readFileSync(0, "utf8"));
 const { Kempe } = await import(job.module);
 const { plotChoices, firstChoices } = new Function(`${readFileSync(job.plots, "utf8")}; return { plotChoices, firstChoices };`)();
@@ -22,18 +24,29 @@ function differences(numbers, width) {
     return made;
 }
 
-/* The picture with all that has a row for each frame, or for each instant of the arrows, as such differences: { width, differences }. */
-function packed(picture) {
-    const { frames, flexible, arrows } = picture;
-    const pack = (owner, key, rows) => {
+/* The picture with all that has a row for each frame, or for each instant of the arrows, as such differences: { width, differences }. Of the
+ * frames every so many are kept. */
+function packed(json, every) {
+    const { picture } = JSON.parse(json), { frames, flexible, arrows } = picture;
+    const pack = (owner, key, rows, each) => {
         if (!owner?.[key]) return;
         const bytes = Buffer.from(owner[key], "base64"), numbers = new Int16Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length)), width = numbers.length / rows;
-        if (Number.isInteger(width)) owner[key] = { width, differences: differences(numbers, width) };
+        const kept = numbers.filter((_, k) => Math.floor(k / width) % each === 0);
+        if (Number.isInteger(width)) owner[key] = { width, differences: differences(kept, width) };
     };
-    for (const key of ["position", "rotation"]) pack(frames, key, frames.count);
-    for (const part of ["shift", "turn", "stress"]) pack(flexible?.[part], "numbers", frames.count);
-    for (const key of ["parts", "places"]) pack(arrows, key, arrows && Buffer.from(arrows.x, "base64").length / 4);
+    for (const key of ["position", "rotation"]) pack(frames, key, frames.count, every);
+    for (const part of ["shift", "turn", "stress"]) pack(flexible?.[part], "numbers", frames.count, every);
+    for (const key of ["parts", "places"]) pack(arrows, key, arrows && Buffer.from(arrows.x, "base64").length / 4, 1);
+    frames.count = (frames.count - 1) / every + 1;
     return picture;
+}
+
+/* With all frames, or with as many as make it small: the page's own run, which follows, has all. */
+function smallPicture(json) {
+    const { frames } = JSON.parse(json).picture;
+    let every = 1, made = packed(json, every);
+    while (gzipSync(JSON.stringify(made)).length > MOST_BYTES && !frames.t && (frames.count - 1) % (2 * every) === 0) made = packed(json, (every *= 2));
+    return made;
 }
 
 /* The times and the columns of the first plots, at so many rows. */
@@ -47,7 +60,7 @@ function plotted(table) {
 
 function shown({ code, text, messages, summary, files, table }) {
     const reactions = summary.reactions?.map(({ joint, unique }) => ({ joint, unique })) ?? null;
-    return { code, text: text.split("\n")[0], messages, summary: { status: summary.status, reactions }, picture: packed(JSON.parse(Buffer.from(files["motion.json"]).toString()).picture), columns: plotted(table) };
+    return { code, text: text.split("\n")[0], messages, summary: { status: summary.status, reactions }, picture: smallPicture(Buffer.from(files["motion.json"]).toString()), columns: plotted(table) };
 }
 
 const kempe = await Kempe.start();
