@@ -6,8 +6,8 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 
 const LIMIT = 100; // s, on a busy machine
-const MOST_ROWS = 200, DIGITS = 5; // of the plotted columns
-const MOST_BYTES = 30000; // by gzip: with the module and the scripts a page has less than 1.5 MB
+const MOST_NUMBERS = 3000, DIGITS = 5; // of the plotted columns
+const MOST_BYTES = 27000; // of all by gzip: with the module and the scripts a page has less than 1.5 MB
 const job = JSON.parse(readFileSync(0, "utf8"));
 const { Kempe } = await import(job.module);
 const { plotChoices, firstChoices } = new Function(`${readFileSync(job.plots, "utf8")}; return { plotChoices, firstChoices };`)();
@@ -41,18 +41,20 @@ function packed(json, every) {
     return picture;
 }
 
+const sizeOf = (made) => gzipSync(JSON.stringify(made)).length;
+
 /* With all frames, or with as many as make it small: the page's own run, which follows, has all. */
-function smallPicture(json) {
+function smallPicture(json, most) {
     const { frames } = JSON.parse(json).picture;
     let every = 1, made = packed(json, every);
-    while (gzipSync(JSON.stringify(made)).length > MOST_BYTES && !frames.t && (frames.count - 1) % (2 * every) === 0) made = packed(json, (every *= 2));
+    while (sizeOf(made) > most && !frames.t && (frames.count - 1) % (2 * every) === 0) made = packed(json, (every *= 2));
     return made;
 }
 
 /* The times and the columns of the first plots, at so many rows. */
 function plotted(table) {
     const choices = plotChoices(table, job.colours), names = ["t", ...new Set(firstChoices(choices).flatMap((key) => choices.get(key)))];
-    const every = Math.max(1, Math.ceil((table.rowCount - 1) / MOST_ROWS)), rows = [];
+    const every = Math.max(1, Math.ceil(((table.rowCount - 1) * names.length) / MOST_NUMBERS)), rows = [];
     for (let row = 0; row < table.rowCount; row += every) rows.push(row);
     if (rows.at(-1) !== table.rowCount - 1) rows.push(table.rowCount - 1);
     return names.map((name) => ({ name, unit: table.unit(name), values: rows.map((row) => Number(table.column(name)[row].toPrecision(DIGITS))) }));
@@ -60,7 +62,8 @@ function plotted(table) {
 
 function shown({ code, text, messages, summary, files, table }) {
     const reactions = summary.reactions?.map(({ joint, unique }) => ({ joint, unique })) ?? null;
-    return { code, text: text.split("\n")[0], messages, summary: { status: summary.status, reactions }, picture: smallPicture(Buffer.from(files["motion.json"]).toString()), columns: plotted(table) };
+    const columns = plotted(table), picture = smallPicture(Buffer.from(files["motion.json"]).toString(), MOST_BYTES - sizeOf(columns));
+    return { code, text: text.split("\n")[0], messages, summary: { status: summary.status, reactions }, picture, columns };
 }
 
 const kempe = await Kempe.start();
