@@ -6,9 +6,11 @@
     python3 docs/live_examples.py --list                                      the examples, and why some have no live page
     python3 docs/live_examples.py --measure build/wasm/javascript             times of all runs in Node.js
 
-SHORTER and LEFT_OUT say which runs are too long for a page: they were chosen by --measure.
+Each page shows the run of its model at once, as the module has computed it in Node.js when the page was made; `first_runs` beside the
+module keeps these runs until the module or the model changes. SHORTER and LEFT_OUT say which runs are too long for a page: they were chosen by --measure.
 """
 import base64
+import hashlib
 import html
 import json
 import math
@@ -22,7 +24,7 @@ import gallery
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PARTS = ROOT / "docs/live_pages"
-SCENE = "phrases plots solids shapes scene_canvas scene_flexible stage_views animation".split()  # of report pages
+SCENE = "phrases plots solids shapes scene_canvas scene_flexible stage_views animation force_arrows".split()  # of report pages
 MOST_SLIDERS = 8
 MOST_BYTES = 200_000  # of the files of a model
 LONG = "the whole run takes longer than a page should"
@@ -51,6 +53,7 @@ PAGE = """<!doctype html>
 <div class="view">{still}<div id="moving" hidden><canvas id="view" tabindex="0" role="img" aria-label="the moving mechanism; arrow keys turn it, the space bar plays and pauses"></canvas></div></div>
 <div class="times"><button id="play" type="button">Play</button><input id="time" type="range" min="0" max="1000" step="any" value="0" aria-label="time"><output id="clock"></output></div>
 <div id="views"></div>
+<div id="forces"></div>
 <div id="names"></div>
 <p id="stage-note" hidden></p>
 </section>
@@ -63,7 +66,7 @@ PAGE = """<!doctype html>
 </main>
 <footer>Computed by Kempe as WebAssembly; nothing leaves this page.</footer>
 <script type="application/json" id="data">{data}</script>
-<script src="kempe_page.js"></script>
+<script type="application/json" id="first-run">{run}</script>
 <script src="live_scene.js"></script>
 <script src="live_page.js"></script>
 </body>
@@ -134,35 +137,51 @@ def sliders(text):
 
 # -- pages -----------------------------------------------------------------------------------------------------
 
+def in_script(words):
+    """JSON as the text of a script: nothing in it ends the script."""
+    return words.replace("<", "\\u003c")
+
+
 def data_of(files, end):
     def entry(name, content):
         if re.search(r"\.(npz|mat)$", name):
             return {"name": name, "bytes": base64.b64encode(content).decode()}
         return {"name": name, "text": content.decode()}
     live = {"files": [entry(*file) for file in files], "sliders": sliders(files[0][1].decode()), "end": end, "reason": LONG}
-    words = json.dumps({"command": "simulate", "separate": False, "live": live}, ensure_ascii=False)
-    return words.replace("<", "\\u003c")  # nothing in it ends the script
+    return in_script(json.dumps({"command": "simulate", "separate": False, "live": live}, ensure_ascii=False))
 
 
-def page_of(title, files, still, links, end=None):
+def page_of(title, files, still, links, end=None, run="null"):
+    """The page of a model; `run`: what first_runs.mjs has written of its run."""
     picture = f'<img id="still" src="{html.escape(still[0])}" alt="{html.escape(still[1])}">' if still else '<div id="still"></div>'
-    return PAGE.format(title=html.escape(title), links=links, still=picture, text=html.escape(files[0][1].decode()), data=data_of(files, end))
+    return PAGE.format(title=html.escape(title), links=links, still=picture, text=html.escape(files[0][1].decode()), data=data_of(files, end), run=in_script(run))
 
 
-def example_page(name, to_docs):
+def example_page(name, to_docs, run):
     readme = (ROOT / f"examples/{name}/README.md").read_text()
     title, = re.match(r"# ([^\n]*)", readme).groups()
     words, picture = re.search(r"!\[(.*?)\]\((.*?)\)", readme).groups()
     links = f'<a href="../examples/{name}/README.html">About the example</a>' if to_docs else ""
     still = f"pictures/{name}{pathlib.Path(picture).suffix}"
-    return page_of(re.sub(r"[*`$]", "", title), example_files(name), (still, words), links, SHORTER.get(name)), still, ROOT / f"examples/{name}/{picture}"
+    return page_of(re.sub(r"[*`$]", "", title), example_files(name), (still, words), links, SHORTER.get(name), run), still, ROOT / f"examples/{name}/{picture}"
+
+
+def colours():
+    """[(light, dark)] of the curves and bodies, as strings of JavaScript."""
+    return re.findall(r'KMP_PLOT_COLOUR\(("#\w+"), ("#\w+")\)', (ROOT / "src/output/plot_colours.def").read_text())
 
 
 def scene():
     """The scripts of report pages that draw a mechanism; lines for flexible bodies are for pictures that have them."""
-    colours = ", ".join(f"[{light}, {dark}]" for light, dark in re.findall(r'KMP_PLOT_COLOUR\(("#\w+"), ("#\w+")\)', (ROOT / "src/output/plot_colours.def").read_text()))
-    texts = [(ROOT / f"src/report/web/{name}.js").read_text().replace("/*COLOURS*/", colours).replace("/*FLEXIBLE*/ ", "if (isFlexible) ") for name in SCENE]
+    pairs = ", ".join(f"[{light}, {dark}]" for light, dark in colours())
+    texts = [(ROOT / f"src/report/web/{name}.js").read_text().replace("/*COLOURS*/", pairs).replace("/*FLEXIBLE*/ ", "if (isFlexible) ") for name in SCENE]
     return "// SPDX-License-Identifier: BSD-3-Clause\n// The picture of report pages, made from src/report/web by docs/live_examples.py.\nlet isFlexible = false;\n" + "\n".join(texts)
+
+
+def without_comments(script):
+    """A script without the comments that have lines of their own, but for its first lines, which say what it is."""
+    head, body = re.match(r"((?://[^\n]*\n)*)(.*)", script, re.S).groups()
+    return head + re.sub(r"^ *(?://[^\n]*|/\*(?:[^*]|\*(?!/))*\*/) *\n", "", body, flags=re.M)
 
 
 def examples():
@@ -180,22 +199,51 @@ def live_examples():
     return [name for name in examples() if not reason_for_none(name)]
 
 
-def write(module, out, to_docs=False):
-    """All pages, with the module and the scripts beside them. Returns their names."""
+def run_job(module, options, files, kept=lambda name: None):
+    """Runs of {name: files} in one process of Node.js, which prints a line for each."""
+    job = {"module": str((module / "kempe.mjs").resolve()), "plots": str(PARTS / "plot_choices.js"), "colours": len(colours()), "options": options, "runs": [
+        {"name": name, "end": SHORTER.get(name), "to": kept(name),
+         "files": {file: base64.b64encode(content).decode() for file, content in own}} for name, own in files.items()]}
+    subprocess.run(["node", PARTS / "first_runs.mjs"], input=json.dumps(job), text=True, check=True)
+
+
+def first_runs(module, files):
+    """{name: JSON} of what the pages show at once, each computed once for a module and a model; "null" where the run has failed."""
+    maker = hashlib.sha256(b"".join(path.read_bytes() for path in (module / "kempe_module.wasm", PARTS / "first_runs.mjs", PARTS / "plot_choices.js")))
+    kept = {}
+    for name, own in files.items():
+        key = maker.copy()
+        key.update(repr((own, SHORTER.get(name))).encode())
+        kept[name] = module / f"first_runs/{name}-{key.hexdigest()[:16]}.json"
+    (module / "first_runs").mkdir(exist_ok=True)
+    missing = {name: own for name, own in files.items() if not kept[name].exists()}
+    for name in missing:
+        for old in (module / "first_runs").glob(f"{name}-*.json"):
+            old.unlink()
+    if missing:
+        run_job(module, {}, missing, lambda name: str(kept[name].resolve()))
+    return {name: path.read_text() if path.exists() else "null" for name, path in kept.items()}
+
+
+def write(module, out, to_docs=False, names=None):
+    """Pages, all of them if none is named, with the module and the scripts beside them. Returns their names."""
     (out / "pictures").mkdir(parents=True, exist_ok=True)
-    for file in ("live_page.js", "live_page.css"):
-        shutil.copyfile(PARTS / file, out / file)
+    shutil.copyfile(PARTS / "live_page.css", out / "live_page.css")
+    (out / "live_page.js").write_text(without_comments("".join((PARTS / file).read_text() for file in ("plot_choices.js", "live_page.js"))))
     shutil.copyfile(module / "kempe_page.js", out / "kempe_page.js")
-    (out / "live_scene.js").write_text(scene())
-    for name in live_examples():
-        text, still, picture = example_page(name, to_docs)
+    (out / "live_scene.js").write_text(without_comments(scene()))
+    tutorial = {name: made for name, made in tutorial_files().items() if names is None or name in names}
+    chosen = [name for name in live_examples() if names is None or name in names]
+    runs = first_runs(module, {**{name: example_files(name) for name in chosen}, **{name: files for name, (_, files) in tutorial.items()}})
+    for name in chosen:
+        text, still, picture = example_page(name, to_docs, runs[name])
         (out / f"{name}.html").write_text(text)
         shutil.copyfile(picture, out / still)
     shutil.copyfile(ROOT / "docs/four_bar.svg", out / "pictures/tutorial.svg")
-    for name, (title, files) in tutorial_files().items():
+    for name, (title, files) in tutorial.items():
         links = '<a href="../docs/tutorial.html">Tutorial</a>' if to_docs else ""
-        (out / f"{name}.html").write_text(page_of(title, files, ("pictures/tutorial.svg", "the linkage in eight positions"), links))
-    return [*live_examples(), *tutorial_files()]
+        (out / f"{name}.html").write_text(page_of(title, files, ("pictures/tutorial.svg", "the linkage in eight positions"), links, run=runs[name]))
+    return [*chosen, *tutorial]
 
 
 # -- the command -----------------------------------------------------------------------------------------------
@@ -209,9 +257,7 @@ def show_list():
 
 def measure(module, names):
     """Of each example in one process of Node.js: the processor time of a page's first run, and its status or its error."""
-    job = {"module": str((module / "kempe.mjs").resolve()), "runs": [
-        {"name": name, "end": SHORTER.get(name), "files": {file: base64.b64encode(content).decode() for file, content in example_files(name)}} for name in names]}
-    subprocess.run(["node", ROOT / "docs/live_pages/run_times.mjs"], input=json.dumps(job), text=True, check=True)
+    run_job(module, {"noConvergenceCheck": True}, {name: example_files(name) for name in names})
 
 
 def main(arguments):

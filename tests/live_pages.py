@@ -13,6 +13,7 @@ Exit code 77: Chromium or the module (packaging/build_wasm) is not there.
 import base64
 import gzip
 import json
+import os
 import pathlib
 import re
 import statistics
@@ -46,6 +47,7 @@ class LivePage:
         self.browser = LivePage.chromium
         call = lambda method, **words: self.browser.call(method, self.browser.tab, **words)
         call("Emulation.setDeviceMetricsOverride", width=screen.width, height=screen.height, deviceScaleFactor=1, mobile=screen.width < 500)
+        call("Emulation.setScrollbarsHidden", hidden=True)
         call("Emulation.setTouchEmulationEnabled", enabled=screen.width < 500)
         call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if screen.dark else "light"},
                                                      {"name": "prefers-reduced-motion", "value": "no-preference" if screen.plays else "reduce"}])
@@ -79,6 +81,12 @@ class LivePage:
     def complaints(self):
         return [line for line in map(browser.complaint, self.browser.events) if line and not browser.HARMLESS.search(line)]
 
+    def missing_files(self):
+        """Names of files that the page asked for in vain, which are no complaints then."""
+        found = [event["params"]["entry"] for event in self.browser.events if event.get("method") == "Log.entryAdded" and "ERR_FILE_NOT_FOUND" in event["params"]["entry"]["text"]]
+        self.browser.events = [event for event in self.browser.events if event.get("params", {}).get("entry") not in found]
+        return sorted({entry["url"].split("/")[-1] for entry in found})
+
     def screen(self):
         return base64.b64decode(self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)["data"])
 
@@ -93,7 +101,7 @@ class Live(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.pages = pathlib.Path(cls.folder.name)
-        cls.names = live_examples.write(MODULE, cls.pages)
+        live_examples.write(MODULE, cls.pages, names=[*SHOWN, "tutorial_driven"])
 
     @classmethod
     def tearDownClass(cls):
@@ -188,13 +196,52 @@ class Live(unittest.TestCase):
         page.value(browser.WIDTHS)
         self.assertEqual(page.value("document.documentElement.dataset.wide + document.documentElement.dataset.scrolls"), "false")
 
-    def test_without_webassembly_the_picture_stays(self):
-        (self.pages / "still").mkdir(exist_ok=True)
-        text = (self.pages / "four_bar.html").read_text().replace('<script src="kempe_page.js"></script>', "")
-        (self.pages / "still.html").write_text(text)
-        page = self.open("still")
+    def test_the_run_as_given_is_shown_without_the_module(self):
+        """Without kempe_page.js the mechanism moves, the answer stands, and nothing can be changed; without a run either, the picture stays."""
+        apart = self.pages / "apart"
+        live_examples.write(MODULE, apart, names=["four_bar"])
+        (apart / "kempe_page.js").unlink()
+        self.page = page = LivePage(apart / "four_bar.html")
+        page.until("document.getElementById('took').textContent.includes('cannot be computed here')")
+        self.assertEqual(page.value(STATE), "complete")
+        before = page.value("document.getElementById('clock').textContent")
+        page.until(f"document.getElementById('clock').textContent !== {json.dumps(before)}")
+        self.assertTrue(page.value("[...document.querySelectorAll('#sliders input')].every((input) => input.disabled) && document.getElementById('text').readOnly"))
+        self.assertEqual(page.missing_files(), ["kempe_page.js"])
+        text = (apart / "four_bar.html").read_text()
+        (apart / "still.html").write_text(re.sub(r'(id="first-run">).*?(?=</script>)', r"\1null", text, flags=re.S))
+        self.page = page = LivePage(apart / "still.html")
+        page.until(f"{LINE}.includes('cannot move here')")
         self.assertTrue(page.until("document.getElementById('still').complete && document.getElementById('still').naturalWidth > 0"))
-        self.assertIn("cannot move here", page.value(LINE))
+        self.assertEqual(page.missing_files(), ["kempe_page.js"])
+
+    def test_the_run_as_given_is_that_of_the_page(self):
+        """What is shown at once is what the page then computes itself: poses of all bodies, forces, and the answer."""
+        poses = """(() => { const { t_start: from, t_end: to } = shownPicture.picture.frames;
+            return [0, 0.3, 0.77, 1].map((part) => [shownPicture.motion(from + part * (to - from)), forces.rows.map((row) => forces.at(Math.round(part * (forces.x.length - 1)), row))]); })()"""
+        for name in ("four_bar", "stewart"):  # with all frames at once
+            with self.subTest(name):
+                page = self.open(name)
+                self.assertEqual(page.value(RUNS), 0)
+                given, line = page.value(poses), page.value(LINE)
+                page.until(RUNS, 60)
+                self.assertEqual(page.value(poses), given)
+                self.assertEqual(page.value(LINE), line)
+
+    def test_forces_are_arrows(self):
+        """Each arrow of the four-bar has the length of its force, by the scale in the corner."""
+        page = self.open("four_bar", browser.Screen())
+        told = page.value("""[...document.querySelectorAll(".gauge path.force")].map((path) => { const [x, y, X, Y] = path.getAttribute("d").match(/-?[0-9.e-]+/g).map(Number); return [path.dataset.joint, Math.hypot(X - x, Y - y)]; })""")
+        words, long = page.value("""(() => { const path = document.querySelector(".gauge .force-scale"), [x, y, X, Y] = path.getAttribute("d").match(/-?[0-9.e-]+/g).map(Number); return [path.dataset.words, X - x]; })()""")
+        forces = page.value("Object.fromEntries(forces.rows.map((row) => [row.name, norm(forces.at(0, row))]))")
+        value, unit = words.split()
+        self.assertGreaterEqual({joint for joint, _ in told}, {"crank", "coupler", "rocker"})
+        for joint, length in told:
+            self.assertAlmostEqual(length / long * float(value) * {"N": 1, "kN": 1000}[unit], forces[joint], delta=0.01 * forces[joint] + 0.01)
+        page.value("document.getElementById('by-force').click()")
+        self.assertEqual(page.value("document.querySelectorAll('.gauge path.force').length"), 0)
+        page.until(RUNS)
+        self.assertEqual(page.value("document.querySelectorAll('.gauge path.force').length"), 0)  # as the reader has set it
 
     def test_models_of_several_files(self):
         page = self.open("tutorial_driven")
@@ -218,18 +265,50 @@ class Sources(unittest.TestCase):
                          {"a": ("mm", 150, 450), "c": ("", -6, -2), "d": ("deg", -180, 180), "e": ("kg/m", 1, 3)})
 
 
+# What a page does by and by: (mark of its user timing, what is done then).
+STEPS = (("live page: drawn", "the mechanism moves, with plots and sliders"), ("kempe: start", "kempe_page.js is read"), ("kempe: parts", "its base64 is decoded"),
+         ("kempe: compiled", "it is decompressed and compiled"), ("kempe: ready", "a change would be computed now"), ("live page: repeated", "the page has repeated the run itself"))
+VISITS = 9
+
+
+def processor_times():
+    """Of each process of the browser, s."""
+    return {process["id"]: process["cpuTime"] for process in LivePage.chromium.call("SystemInfo.getProcessInfo")["processInfo"]}
+
+
+def visit(path, until):
+    """The marks of a visit, ms from the beginning of its navigation on, and the processor time of the whole browser up to an expression."""
+    before = processor_times() if LivePage.chromium else {}
+    page = LivePage(path)
+    page.until(until)
+    spent = sum(seconds - before.get(number, 0) for number, seconds in processor_times().items()) if before else None
+    return page, spent
+
+
 def show_times(pages):
-    """From the beginning of the navigation to the first drawn motion, of nine visits; sizes of what one page loads."""
+    """Medians of several visits: each step, and processor times with the module and without it; sizes of what a page loads."""
+    alone = pages / "alone"  # without the module
+    live_examples.write(MODULE, alone, names=SHOWN)
+    (alone / "kempe_page.js").unlink()
+    print(f"medians of {VISITS} visits (least, most) from the beginning of the page on, ms; load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     for name in SHOWN:
-        times = []
-        for _ in range(9):
-            page = LivePage(pages / f"{name}.html")
-            page.until(RUNS)
-            times.append(page.value("window.movedAt ?? performance.now()"))
-        print(f"{name:16} {statistics.median(times):5.0f} ms to the first motion (from {min(times):.0f} to {max(times):.0f})")
-    parts = ["kempe_page.js", "live_scene.js", "live_page.js", "live_page.css"]
-    sizes = [len(gzip.compress((pages / part).read_bytes(), 9)) for part in parts]
-    print(", ".join(f"{part} {size}" for part, size in zip(parts, sizes)), f"together {sum(sizes)} bytes by gzip -9")
+        visit(alone / f"{name}.html", "true")  # the browser begins
+        drawn = statistics.median(visit(alone / f"{name}.html", "document.documentElement.dataset.ready")[1] for _ in range(VISITS))
+        visits = [visit(pages / f"{name}.html", "document.documentElement.dataset.module") for _ in range(VISITS)]
+        ready, marks = statistics.median(spent for _, spent in visits), []
+        for _ in range(VISITS):
+            page, _ = visit(pages / f"{name}.html", "performance.getEntriesByName('live page: repeated').length")
+            marks.append(dict(page.value("performance.getEntriesByType('mark').map(({ name, startTime }) => [name, startTime])")))
+        print(f"{name}: processor time of all processes of the browser {1000 * drawn:.0f} ms until the mechanism moves, {1000 * ready:.0f} ms until the module is ready")
+        for mark, what in STEPS:
+            values = sorted(visit[mark] for visit in marks)
+            print(f"    {what:46}{statistics.median(values):7.0f}  ({values[0]:.0f}, {values[-1]:.0f})", flush=True)
+    shared = ["kempe_page.js", "live_scene.js", "live_page.js", "live_page.css"]
+    sizes = {part: len(gzip.compress((pages / part).read_bytes(), 9)) for part in shared}
+    own = {name: len(gzip.compress((pages / f"{name}.html").read_bytes(), 9)) for name in live_examples.live_examples() if (pages / f"{name}.html").exists()}
+    largest = max(own, key=own.get)
+    print(f"bytes by gzip -9: {', '.join(f'{part} {size}' for part, size in sizes.items())}, pages {min(own.values())} to {own[largest]} ({largest}), "
+          f"together at most {sum(sizes.values()) + own[largest]}")
 
 
 def show_all(pages, names):
@@ -274,7 +353,7 @@ def main(arguments):
     if arguments and arguments[0] in ("--times", "--all", "--pictures"):
         with tempfile.TemporaryDirectory() as folder:
             pages = pathlib.Path(folder)
-            names = live_examples.write(MODULE, pages)
+            names = live_examples.write(MODULE, pages, names=SHOWN if arguments[0] == "--pictures" else None)
             if arguments[0] == "--times":
                 show_times(pages)
             elif arguments[0] == "--all":

@@ -57,6 +57,21 @@ test("a model of several files", async () => {
     await assert.rejects(kempe.modes({ ...files, "parts/arm.yaml": PENDULUM.replace("yy: 0", "yy: [") }), { message: /parts[/]arm.yaml:6:58: YAML/ });
 });
 
+test("places in files whose names have blanks", async () => {
+    const wrong = PENDULUM.replace("-length", "-lenght"), placeOf = ({ file, line, column }) => [file, line, column];
+    for (const name of ["a model of mine.yaml", "my parts/arm, left (2).yaml"])
+        await assert.rejects(kempe.check({ [name]: wrong }), (error) => {
+            assert.deepEqual(placeOf(error), [name, 6, 34]);
+            assert.equal(error.messages[0].text, "unknown parameter 'lenght'; did you mean 'length'?");
+            return true;
+        });
+    const files = { "whole arm.yaml": "kempe: 1\ngravity: [0, 0, -9.81]\ninclude: [{file: my parts/arm 2.yaml}]\n", "my parts/arm 2.yaml": wrong };
+    await assert.rejects(kempe.check(files), (error) => {
+        assert.deepEqual(placeOf(error), ["my parts/arm 2.yaml", 6, 34]);
+        return true;
+    });
+});
+
 test("studies other than runs", async () => {
     const { table } = await kempe.modes(PENDULUM);
     isNear(table.column("frequency")[0], RATE / (2 * Math.PI), 1e-14);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A live page: a model as text, its motion, plots, and sliders for its parameters. The data of the page (docs/live_examples.py) has
-// the files of the model; kempe_page.js gives `Kempe`, and live_scene.js draws what `--animation FILE.json` says, as report pages do.
+// the files of the model and, of their run, what is shown at once. kempe_page.js, which is loaded behind that, gives `Kempe`, and
+// live_scene.js draws what `--animation FILE.json` says, as report pages do.
 // All that a model or a message says is put into the page as text.
 "use strict";
 
@@ -73,12 +74,13 @@
         byId("file").value = name;
         markLines();
     };
+    const isAsGiven = () => [...files].every(([name, content]) => first.get(name) === content);
     const change = () => {
         files.set(edited, text.value);
         wrong = [];
         markLines();
         readSliders();
-        byId("reset").disabled = [...files].every(([name, content]) => first.get(name) === content);
+        byId("reset").disabled = isAsGiven();
     };
 
     /* -- sliders -------------------------------------------------------------------------------------------- */
@@ -132,8 +134,18 @@
     const span = () => [scene.picture.frames.t_start, scene.picture.frames.t_end];
     const secondsOf = (range) => (range >= 1.5 && range <= 12 ? range : 8);
 
-    const takePicture = (picture) => {
+    /* The arrows of forces, and their switch, which remains as the reader has set it. */
+    const takeForces = (picture, reactions) => {
+        const chosen = forces && byId("by-force") ? forces.shown : null;
+        data.reactions = reactions && { columns: ["joint", "unique"], rows: reactions.map(({ joint, unique }) => [joint, unique === false ? 0 : 1]) };
+        forces = picture.arrows ? readForces(picture.arrows) : null;
+        if (forces && chosen !== null) forces.shown = chosen;
+        const made = forceSwitch(drawScene);
+        byId("forces").replaceChildren(...(made ? [made] : []));
+    };
+    const takePicture = (picture, reactions) => {
         isFlexible = Boolean(picture.flexible);
+        takeForces(picture, reactions);
         scene = makeMechanism(picture);
         view = canvasView(canvas, scene);
         if (String(scene.home.yaw) !== looks) Object.assign(orbit, scene.home, { home: scene.home, zoom: 1 });
@@ -144,7 +156,7 @@
         byId("still").hidden = true;
         byId("moving").hidden = false;
         canvas.dataset.bodies = picture.bodies.length;
-        canvas.dataset.runs = Number(canvas.dataset.runs ?? 0) + 1;
+        window.shownPicture = scene; // for external tests
     };
     const renewNames = () => {
         if (isFlexible) hidePlaces(scene.picture, hidden);
@@ -158,6 +170,7 @@
         view.draw(...shown.slice(1));
         gauge.setAttribute("viewBox", `0 0 ${width} ${height}`);
         drawGauge(gauge, scene, shown[2]);
+        gauge.append(...forceArrows(...shown, t));
     };
     const draw = () => {
         if (!scene) return;
@@ -191,19 +204,7 @@
 
     const plots = [];
 
-    /* Choices: all columns of a kind with one unit, then each alone. */
-    const choicesOf = (table) => {
-        const choices = new Map(), kind = (name) => `${name.includes(".") ? name.split(".")[0] : name} [${table.unit(name) || "1"}]`;
-        const names = table.names.filter((name) => name !== "t" && table.column(name) instanceof Float64Array);
-        for (const name of names) choices.set(kind(name), [...(choices.get(kind(name)) ?? []), name]);
-        for (const [key, own] of choices) if (own.length > COLOURS.length) choices.set(key, own.slice(0, COLOURS.length));
-        for (const name of names) if (choices.get(kind(name)).length > 1 || choices.get(kind(name))[0] !== name) choices.set(name, [name]);
-        return choices;
-    };
-    const usual = (choices) => {
-        const kinds = [...choices.keys()].filter((key) => key.endsWith("]")), states = /^(q|qd|qdd|lambda) /;
-        return [...new Set([...kinds.filter((key) => !states.test(key)), ...kinds])].slice(0, 2);
-    };
+    const choicesOf = (table) => plotChoices(table, COLOURS.length);
     const addPlot = (chosen) => {
         const plot = { canvas: element("canvas"), list: element("select"), values: element("span.values"), chosen };
         const off = buttonOf("Remove", false, () => {
@@ -232,7 +233,7 @@
         if (!result?.table) return;
         const choices = choicesOf(result.table);
         plot.list.replaceChildren(...[...choices.keys()].map((key) => optionOf(key, key)));
-        if (!choices.has(plot.chosen)) plot.chosen = usual(choices)[0] ?? "";
+        if (!choices.has(plot.chosen)) plot.chosen = firstChoices(choices)[0] ?? "";
         plot.list.value = plot.chosen;
         plot.names = choices.get(plot.chosen) ?? [];
     };
@@ -299,20 +300,39 @@
         const status = outcome.summary?.status ?? "", state = outcome.code === 5 ? "not trustworthy" : status in MARKS ? status : "complete";
         const warnings = outcome.messages.map(sentenceOf);
         say(state, neat(outcome.text.split("\n")[0]), warnings);
-        byId("took").textContent = `computed in ${duration(seconds)}${endOf().tEnd ? `; the page shows the first ${live.end} s: ${live.reason}` : ""}`;
+        byId("took").textContent = `${seconds === null ? "computed when this page was made" : `computed in ${duration(seconds)}`}${endOf().tEnd ? `; the page shows the first ${live.end} s: ${live.reason}` : ""}`;
     };
-    const take = (outcome, seconds) => {
-        const bytes = outcome.files["motion.json"], before = scene && t;
+    const take = (outcome, picture, seconds) => {
+        const before = scene && t;
         result = outcome;
         wrong = [];
-        window.movedAt ??= bytes && performance.now();
-        if (bytes) takePicture(JSON.parse(new TextDecoder().decode(bytes)).picture);
+        if (picture) takePicture(picture, outcome.summary?.reactions);
         markLines();
         answer(outcome, seconds);
-        if (plots.length === 0) for (const key of usual(choicesOf(outcome.table))) addPlot(key);
+        if (plots.length === 0) for (const key of firstChoices(choicesOf(outcome.table))) addPlot(key);
         plots.forEach(listColumns);
         if (scene) goTo(before || span()[0]);
+        canvas.dataset.runs = Number(canvas.dataset.runs ?? 0) + (seconds !== null); // in this page
+        const step = seconds === null ? "drawn" : "repeated";
+        if (scene && !performance.getEntriesByName(`live page: ${step}`).length) performance.mark(`live page: ${step}`);
         document.documentElement.dataset.ready = "yes";
+    };
+    const pictureOf = ({ files: { "motion.json": bytes } }) => (bytes ? JSON.parse(new TextDecoder().decode(bytes)).picture : null);
+
+    /* The run of the model as it is given, from the data of the page: second differences are added up (first_runs.mjs). */
+    const summed = ({ width, differences }) => {
+        const rows = differences.length / width, made = new Int16Array(differences.length);
+        for (let c = 0; c < width; c++)
+            for (let k = 0, value = 0, step = 0; k < rows; k++) made[k * width + c] = value += step += differences[c * rows + k];
+        return made;
+    };
+    const summedAll = (owner) => {
+        for (const [key, value] of Object.entries(owner ?? {})) if (value?.differences) owner[key] = summed(value);
+    };
+    const takeGiven = ({ picture, columns, ...outcome }) => {
+        const { flexible } = picture, named = new Map(columns.map(({ name, unit, values }) => [name, { unit, values: Float64Array.from(values) }]));
+        [picture.frames, picture.arrows, flexible?.shift, flexible?.turn, flexible?.stress].forEach(summedAll);
+        take({ ...outcome, table: { names: [...named.keys()], column: (name) => named.get(name).values, unit: (name) => named.get(name).unit } }, picture, null);
     };
     const fail = (error) => {
         wrong = (error.messages ?? []).filter(({ line, level }) => line && level === "error");
@@ -323,7 +343,7 @@
         document.documentElement.dataset.ready = "yes";
     };
     const run = async () => {
-        if (!kempe) return;
+        if (!kempe) return say("begins", "Kempe is starting; then the change is computed.");
         clearTimeout(typing);
         clearTimeout(checking);
         control?.abort();
@@ -333,7 +353,7 @@
         try {
             const outcome = await compute({ noConvergenceCheck: true, animation: "/out/motion.json" }, own.signal);
             if (own !== control) return;
-            take(outcome, (performance.now() - began) / 1000);
+            take(outcome, pictureOf(outcome), (performance.now() - began) / 1000);
             checking = setTimeout(() => check(own), CHECKED);
         } catch (error) {
             if (own !== control || error.name === "AbortError") return;
@@ -346,6 +366,18 @@
         if (!again) return;
         again = false;
         run();
+    };
+    /* The run of the model as it is given, with its check, while what it takes the place of is shown; a change ends it. */
+    const repeat = async () => {
+        const own = (control = Object.assign(new AbortController(), { done: true })), began = performance.now();
+        try {
+            const outcome = await compute({ animation: "/out/motion.json" }, own.signal);
+            if (own !== control) return;
+            take(outcome, pictureOf(outcome), (performance.now() - began) / 1000);
+            byId("answer").dataset.checked = "yes";
+        } catch (error) {
+            if (own === control && error.name !== "AbortError") fail(error);
+        }
     };
     /* The same run with its convergence at another tolerance, which says whether to trust it. */
     const check = async (own) => {
@@ -417,16 +449,34 @@
         play(plays);
     };
 
+    /* The module, behind all that the page shows without it. */
+    const load = () => new Promise((resolve, reject) => {
+        const script = element("script");
+        Object.assign(script, { src: "kempe_page.js", onload: () => resolve(Kempe.start()), onerror: () => reject(new Error("kempe_page.js is not beside the page")) });
+        document.body.append(script);
+    });
+    const stayAsGiven = () => {
+        document.querySelectorAll("#sliders input, #reset").forEach((part) => (part.disabled = true));
+        text.readOnly = true;
+        const reason = "this browser has no WebAssembly, or kempe_page.js is not beside the page.";
+        if (scene) byId("took").textContent = `computed when this page was made; a change cannot be computed here: ${reason}`;
+        else say("stopped", `The mechanism cannot move here: ${reason}`);
+        document.documentElement.dataset.ready = scene ? "yes" : "no";
+    };
+
     begin();
-    if (typeof Kempe !== "function" || typeof WebAssembly !== "object" || typeof DecompressionStream !== "function") {
-        say("stopped", "The mechanism cannot move here: this browser has no WebAssembly, or kempe_page.js is not beside the page.");
-        document.documentElement.dataset.ready = "no";
-        return;
-    }
-    say("begins", "Kempe is starting.");
-    Kempe.start().then((started) => {
-        kempe = started;
-        requestAnimationFrame(tick);
-        return run();
-    }).catch(fail);
+    const given = JSON.parse(byId("first-run").textContent);
+    if (given) takeGiven(given);
+    else say("begins", "Kempe is starting.");
+    requestAnimationFrame(tick);
+    requestAnimationFrame(() => setTimeout(async () => {
+        if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function") return stayAsGiven();
+        try {
+            kempe = await load();
+        } catch {
+            return stayAsGiven();
+        }
+        document.documentElement.dataset.module = "ready";
+        return given && isAsGiven() ? repeat() : run();
+    }));
 })();

@@ -88,26 +88,31 @@ KMP_CLONES static void combination(ptrdiff_t n, int count, const double *a, cons
 
 /* -- callbacks of SUNDIALS ----------------------------------------------------------------------------- */
 
+static ptrdiff_t length_of(N_Vector x)
+{
+    return (ptrdiff_t)NV_LENGTH_S(x);
+}
+
 static void linear_sum(double a, N_Vector x, double b, N_Vector y, N_Vector z)
 {
-    sum(NV_LENGTH_S(x), a, NV_DATA_S(x), b, NV_DATA_S(y), NV_DATA_S(z));
+    sum(length_of(x), a, NV_DATA_S(x), b, NV_DATA_S(y), NV_DATA_S(z));
 }
 
 static void scaled(double a, N_Vector x, N_Vector z)
 {
     if (a == 1 && x == z)
         return;
-    scale(NV_LENGTH_S(x), a, NV_DATA_S(x), NV_DATA_S(z));
+    scale(length_of(x), a, NV_DATA_S(x), NV_DATA_S(z));
 }
 
 static double norm(N_Vector x, N_Vector w)
 {
-    return sqrt(squares(NV_LENGTH_S(x), NV_DATA_S(x), NV_DATA_S(w)) / (double)NV_LENGTH_S(x));
+    return sqrt(squares(length_of(x), NV_DATA_S(x), NV_DATA_S(w)) / (double)length_of(x));
 }
 
 static double norm_where(N_Vector x, N_Vector w, N_Vector mask)
 {
-    return sqrt(squares_where(NV_LENGTH_S(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)NV_LENGTH_S(x));
+    return sqrt(squares_where(length_of(x), NV_DATA_S(x), NV_DATA_S(w), NV_DATA_S(mask)) / (double)length_of(x));
 }
 
 /* More vectors than this are combined in parts; no integrator has this number. */
@@ -127,7 +132,7 @@ static int linear_combination(int count, double *a, N_Vector *x, N_Vector z)
             factor[more] = a[done];
             from[more++] = NV_DATA_S(x[done]);
         }
-        combination(NV_LENGTH_S(z), more, factor, from, NV_DATA_S(z));
+        combination(length_of(z), more, factor, from, NV_DATA_S(z));
     }
     return 0;
 }

@@ -726,7 +726,7 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b)
             kmp_flops_add(&sum, 1, kmp_lu_flops(size));
             continue;
         }
-        const int64_t products = kmp_sparse_lu_factor_products(b->sparse[k]);
+        const long products = (long)kmp_sparse_lu_factor_products(b->sparse[k]);
         kmp_flops_add(&sum, 1, (kmp_flops){.add = products, .mul = products});
     }
     return sum;
@@ -736,9 +736,10 @@ kmp_flops kmp_block_solve_flops(const kmp_block *b, const char *used)
 {
     kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {
-        int64_t size = b->start[k + 1] - b->start[k], off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
-        int64_t products =
-            (is_sparse(b, k) ? kmp_sparse_lu_solve_products(b->sparse[k]) - size : size * (size - 1)) + off;
+        const long size = b->start[k + 1] - b->start[k],
+                   off = b->off_start[b->start[k + 1]] - b->off_start[b->start[k]];
+        const long products =
+            (is_sparse(b, k) ? (long)kmp_sparse_lu_solve_products(b->sparse[k]) - size : size * (size - 1)) + off;
         if (!used || used[k])
             kmp_flops_add(&sum, 1, (kmp_flops){.add = products, .mul = products + size});
     }

@@ -9,12 +9,18 @@
 
 static kempe_status write_picture(const kempe_trajectory *trajectory, const char *path)
 {
+    const bool locked = !kmp_is_complete(trajectory->status) && !trajectory->interrupted;
     kmp_text text = {0};
     kmp_json json = kmp_json_begin_as(&text, KMP_JSON_COMPACT);
+    kmp_picture_forces arrows = {0};
+    kempe_status status =
+        kmp_picture_forces_of_run(&arrows, trajectory->system, &trajectory->table, trajectory->least_norm, locked);
     kmp_json_object(&json, NULL);
-    kmp_motion_picture(&json, "picture", trajectory->system->model, &trajectory->table, NULL, NULL);
+    kmp_motion_picture(&json, "picture", trajectory->system->model, &trajectory->table, NULL, &arrows);
     kmp_json_end(&json);
-    kempe_status status = kmp_file_write(trajectory->system->context, path, &text);
+    if (status == KEMPE_OK)
+        status = kmp_file_write(trajectory->system->context, path, &text);
+    kmp_picture_forces_free(&arrows);
     kmp_text_free(&text);
     return status;
 }

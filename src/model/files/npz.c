@@ -81,7 +81,8 @@ static bool take_member(kmp_npz *npz, uint64_t *at)
     if (npz->length < ENTRY || *at > npz->length - ENTRY || little(npz->bytes + *at, 4) != 0x02014b50)
         return false;
     const unsigned char *entry = npz->bytes + *at;
-    const size_t name = little(entry + 28, 2), extra = little(entry + 30, 2), comment = little(entry + 32, 2);
+    const size_t name = (size_t)little(entry + 28, 2), extra = (size_t)little(entry + 30, 2),
+                 comment = (size_t)little(entry + 32, 2);
     uint64_t value[3] = {little(entry + 24, 4), little(entry + 20, 4), little(entry + 42, 4)};
     if (npz->length - *at - ENTRY < name + extra + comment)
         return false;
@@ -93,9 +94,9 @@ static bool take_member(kmp_npz *npz, uint64_t *at)
     if (name > 4 && strcmp(own + name - 4, ".npy") == 0)
         own[name - 4] = '\0';
     npz->members[npz->count++] = (member){.name = own,
-                                          .at = value[2],
-                                          .stored = value[1],
-                                          .size = value[0],
+                                          .at = (size_t)value[2],
+                                          .stored = (size_t)value[1],
+                                          .size = (size_t)value[0],
                                           .method = (unsigned)little(entry + 10, 2) | (unsigned)(entry[8] & 1) << 16,
                                           .checksum = (unsigned)little(entry + 16, 4)};
     *at += ENTRY + name + extra + comment;
@@ -144,7 +145,8 @@ static const unsigned char *bytes_of(const kmp_npz *npz, const member *m, kmp_te
         return NULL;
     }
     bool good = npz->length >= HEAD && m->at <= npz->length - HEAD && little(npz->bytes + m->at, 4) == 0x04034b50;
-    const size_t skip = good ? HEAD + little(npz->bytes + m->at + 26, 2) + little(npz->bytes + m->at + 28, 2) : 0;
+    const unsigned char *head = good ? npz->bytes + m->at : npz->bytes;
+    const size_t skip = good ? HEAD + (size_t)(little(head + 26, 2) + little(head + 28, 2)) : 0;
     good = good && npz->length - m->at >= skip && npz->length - m->at - skip >= m->stored;
     const unsigned char *from = npz->bytes + m->at + skip;
     unsigned char *expanded = good && m->method == DEFLATED ? kmp_arena_alloc(npz->arena, m->size + 1, 1) : NULL;
@@ -232,7 +234,7 @@ static bool take_header(kmp_npz *npz, const unsigned char *bytes, size_t size, h
     const int wide = size > 8 && bytes[6] > 1 ? 4 : 2;
     if (size < 12 || memcmp(bytes, "\x93NUMPY", 6) != 0 || bytes[6] < 1 || bytes[6] > 3)
         return refuse(why, "it is not an array of NumPy (.npy, version 1, 2 or 3)");
-    const size_t length = little(bytes + 8, wide), skip = 8 + (size_t)wide;
+    const size_t length = (size_t)little(bytes + 8, wide), skip = 8 + (size_t)wide;
     char *text = length <= size - skip ? kmp_arena_alloc(npz->arena, length + 1, 1) : NULL;
     if (!text)
         return npz->arena->failed ? false : refuse(why, "its header is damaged");

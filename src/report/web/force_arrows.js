@@ -75,15 +75,20 @@ function kindWords() {
     return words.length > 1 ? `${words.slice(0, -1).join(", ")} and ${words.at(-1)}` : words[0];
 }
 
-/* A switch for them, with what they mean. */
-function beginForces() {
-    if (!forces || !(forces.usual > 0)) return;
+/* A switch for them, with what they mean; null where no force is shown. */
+function forceSwitch(change) {
+    if (!forces || !(forces.usual > 0)) return null;
     const box = element("input"), few = forces.left_out > 0 ? ` (the ${forces.rows.length} largest)` : "";
     const dashed = forces.rows.some(({ shared }) => shared) ? ", dashed where they are not unique" : "";
     Object.assign(box, { id: "by-force", type: "checkbox", checked: forces.shown });
     box.addEventListener("change", () => {
         forces.shown = box.checked;
-        stage.redraw();
+        change();
     });
-    byId("names").before(element("p.switch", element("label", box, `Forces in ${kindWords()}${few}, each on the body of its colour${dashed}`)));
+    return element("p.switch", element("label", box, `Forces in ${kindWords()}${few}, each on the body of its colour${dashed}`));
+}
+
+function beginForces() {
+    const made = forceSwitch(() => stage.redraw());
+    if (made) byId("names").before(made);
 }

@@ -124,7 +124,7 @@ function bytesOf(text) {
     return bytes.buffer;
 }
 
-const shortsOf = (text) => new Int16Array(bytesOf(text));
+const shortsOf = (given) => (typeof given === "string" ? new Int16Array(bytesOf(given)) : given);
 const floatsOf = (text) => new Float32Array(bytesOf(text));
 
 /* The entries before and behind x in a list that ascends or descends, and the part of the way between them. */

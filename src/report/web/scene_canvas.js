@@ -84,8 +84,16 @@ const STROKES = {
 /* A place of the view on the way to another one. */
 const middle = ([x, y], [ax, ay], part) => [x + part * (ax - x), y + part * (ay - y)];
 
-/* A colour with light lines across, or crossed ones. */
+/* Colours with light lines across, or crossed ones: made once each, because a tile takes longer than the part that it fills. */
+const hatchings = new Map();
+
 function hatching(c, colour, hatch) {
+    const key = `${colour} ${hatch}`;
+    if (!hatchings.has(key)) hatchings.set(key, makeHatching(c, colour, hatch));
+    return hatchings.get(key);
+}
+
+function makeHatching(c, colour, hatch) {
     const tile = document.createElement("canvas"), side = 8;
     tile.width = tile.height = side;
     const own = tile.getContext("2d");
