@@ -6,8 +6,10 @@ instruction that they lack would end the command.
     python3 tests/old_processors.py build/dev/kempe           every command, by both processors
     python3 tests/old_processors.py build/dev/kempe --some    those of the test
 
-Where an integrator is named, exit codes, texts and files are equal, to the last bit of each number. Where it is chosen by counted time,
-which is more without machine code, and in `radau`, whose iteration is so chosen, tables agree within 1e-6 of the largest number of a column.
+Where an integrator is named, exit codes, texts and files are equal, to the last bit of each number; times are not compared. Functions of
+the C library, as exp and pow, have other last digits on processors without fused operations: here it is told to do without them, too.
+Where an integrator is chosen by counted time, which is more without machine code, and in `radau`, whose iteration is so chosen, tables
+agree within 1e-6 of the largest number of a column.
 The exit code is 77, which skips a test, where QEMU's user mode is missing or this processor is not of x86-64.
 """
 import concurrent.futures
@@ -23,6 +25,7 @@ from windows_commands import MORE, SOME, compare, run
 PROCESSORS = {  # as QEMU names them, without what it cannot do
     "Nehalem": "no AVX",
     "SandyBridge,-x2apic,-tsc-deadline": "AVX, no fused operations"}
+WITHOUT = ["env", "GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"]  # the C library as on the old processor
 WITHIN = 1e-6
 EQUAL = """simulate examples/andrews/andrews.yaml --t-end 0.02 --integrator dop853 --no-convergence-check -o OUT/run.csv
 simulate examples/stewart/stewart.yaml --t-end 0.1 --formulation dae --integrator ida --no-convergence-check -o OUT/run.csv
@@ -39,14 +42,15 @@ def named(line):
     command = line.partition(" ")[0]
     if command in CHOSEN or "--integrator radau" in line or ("--formulation dae" in line and "--integrator" not in line):
         return ""
-    plain = command != "simulate" or "--integrator" in line or "simulate" not in line or "no-such" in line
+    plain = command != "simulate" or "--integrator" in line or "no-such" in line
     return line if plain else line.replace("--t-end", "--integrator dop853 --t-end")
 
 
 def equal(line, here, start):
     """(True, a row) of a line whose texts and files must be equal."""
-    agrees, row = compare(line, [here], start)
-    return agrees and row.endswith("equal") and (line not in EQUAL or row == "equal"), row
+    agrees, row = compare(line, [*WITHOUT, here], start)
+    same = row.endswith(("equal", "largest difference 0.0e+00"))  # the second: times in a file differ
+    return agrees and same and ("exit code" not in row or line not in EQUAL), row
 
 
 def close(line, here, start):
