@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The platform by POSIX, with what Linux, the C library of GNU and macOS have beyond it, and without what WebAssembly
- * lacks. The side of macOS was never run. */
+ * lacks. The side of macOS was never run. Programs have no identity there, so that no result is cached. */
 #include "platform/platform.h"
 #include <dirent.h>
 #include <dlfcn.h>
@@ -28,7 +28,9 @@
 #include <link.h>
 #endif
 #ifdef __APPLE__
+#include <crt_externs.h>
 #include <mach-o/dyld.h>
+#include <sys/sysctl.h>
 #endif
 
 /* -- paths ------------------------------------------------------------------------------------------- */
@@ -207,6 +209,10 @@ int kmp_file_put(int file, const void *from, size_t size)
 
 int kmp_file_sync(int file)
 {
+#ifdef F_FULLFSYNC /* macOS leaves the file in the memory of the disk otherwise */
+    if (fcntl(file, F_FULLFSYNC) == 0)
+        return 0;
+#endif
     return fsync(file) == 0 || errno == EINVAL ? 0 : errno;
 }
 
@@ -513,6 +519,29 @@ long kmp_process_number(void)
     return (long)getpid();
 }
 
+#ifdef __APPLE__
+
+/* In microseconds; 0 also of a zombie. */
+unsigned long long kmp_process_start(long process)
+{
+    int path[] = {CTL_KERN, KERN_PROC, KERN_PROC_PID, (int)process};
+    struct kinfo_proc about;
+    size_t size = sizeof about;
+    if (sysctl(path, 4, &about, &size, NULL, 0) != 0 || size < sizeof about || about.kp_proc.p_stat == SZOMB)
+        return 0;
+    const struct timeval start = about.kp_proc.p_starttime;
+    return (unsigned long long)start.tv_sec * 1000000 + (unsigned long long)start.tv_usec;
+}
+
+/* The start of the system, by its identity. */
+static void system_start(char *start, size_t size)
+{
+    if (sysctlbyname("kern.bootsessionuuid", start, &size, NULL, 0) != 0)
+        start[0] = '\0';
+}
+
+#else
+
 /* In clock ticks (proc_pid_stat(5), field 22); 0 also of a zombie. */
 unsigned long long kmp_process_start(long process)
 {
@@ -531,15 +560,22 @@ unsigned long long kmp_process_start(long process)
     return s ? strtoull(s + 1, NULL, 10) : 0;
 }
 
+static void system_start(char *start, size_t size)
+{
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (!file)
+        return;
+    start[strcspn(fgets(start, (int)size, file) ? start : "", "\n")] = '\0';
+    fclose(file);
+}
+
+#endif
+
 void kmp_system_word(char word[KMP_SYSTEM_WORD])
 {
     char name[256] = "", boot[40] = "", space[64] = "";
     (void)gethostname(name, sizeof name - 1);
-    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
-    if (file) {
-        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
-        fclose(file);
-    }
+    system_start(boot, sizeof boot);
     ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
     space[length > 0 ? length : 0] = '\0';
     for (char *s = name; *s; s++)
@@ -592,7 +628,11 @@ bool kmp_connection_is_closed(int socket)
 
 #else
 
+#ifdef __APPLE__ /* a shared library has no other way to it */
+#define environ (*_NSGetEnviron())
+#else
 extern char **environ;
+#endif
 
 int kmp_process_run(char *const *words, const char *said)
 {
@@ -885,7 +925,16 @@ const char *kmp_library_reason(void)
 
 void *kmp_library_open(const char *name)
 {
-    return dlopen(name, name ? RTLD_NOW | RTLD_LOCAL : RTLD_LAZY);
+    void *found = dlopen(name, name ? RTLD_NOW | RTLD_LOCAL : RTLD_LAZY);
+#ifdef __APPLE__ /* it does not look where Homebrew and MacPorts install */
+    static const char *const folders[] = {"/opt/homebrew/lib", "/opt/local/lib"};
+    for (size_t k = 0; !found && name && !strchr(name, '/') && k < sizeof folders / sizeof *folders; k++) {
+        char path[KMP_PATH_MOST];
+        const int length = snprintf(path, sizeof path, "%s/%s", folders[k], name);
+        found = length < (int)sizeof path ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
+    }
+#endif
+    return found;
 }
 
 void *kmp_library_find(void *library, const char *symbol)

@@ -3,6 +3,7 @@
  * connection. A request is judged by its host, origin, token and length before any of its body is taken. */
 #include "base/context.h"
 #include "base/file.h"
+#include "base/loaded_library.h"
 #include "base/memory.h"
 #include "language_server/json_value.h"
 #include "platform/platform.h"
@@ -73,19 +74,15 @@ static struct {
 #define ONE(name) __typeof__(MHD_##name) *name;
     FUNCTIONS(ONE)
 #undef ONE
-    char missing[200]; /* why it is not there; "": it is */
 } library;
 
-static void load(void)
+static const char *missing(void)
 {
-    void *handle = kmp_library_open(KEMPE_MICROHTTPD_LIBRARY);
-    bool found = handle;
-#define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? kmp_library_find(handle, "MHD_" #name) : NULL;                                   \
-    found = library.name;
-    FUNCTIONS(ONE)
+#define ONE(name) "MHD_" #name,
+    static const char *const names[] = {FUNCTIONS(ONE)};
 #undef ONE
-    (void)snprintf(library.missing, sizeof library.missing, "%s", found ? "" : kmp_library_reason());
+    static kmp_loaded_library loaded = KMP_LOADED_LIBRARY(KEMPE_MICROHTTPD_LIBRARY, names, &library);
+    return kmp_library_missing(&loaded);
 }
 
 /* -- answers ----------------------------------------------------------------------------------------- */
@@ -461,11 +458,9 @@ static void log_nothing(void *user, const char *format, va_list list)
 
 static kempe_status begin_server(kempe_workbench *w, int port)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    (void)pthread_once(&once, load);
-    if (*library.missing)
+    if (missing())
         return kmp_fail(w->context, KEMPE_E_ARGUMENT, "the workbench needs libmicrohttpd, which is not there: %s",
-                        library.missing);
+                        missing());
     const int wished = port, listens = kmp_loopback_listen(&port);
     if (listens < 0)
         return kmp_fail(w->context, KEMPE_E_IO, "cannot listen at port %d of 127.0.0.1: %s", wished, strerror(errno));
