@@ -78,7 +78,7 @@ static bool make(kmp_lanes *lanes, const kmp_program *p, kmp_code_form form)
     lanes->at_once = kmp_code_at_once(form);
     bool ok = kmp_prepared_frame(prepared, &lanes->frame, NULL) && add_room(lanes);
     for (uint32_t k = 0; ok && k < prepared->start_count; k++)
-        spread(lanes, prepared->start[k].slot, prepared->start[k].value);
+        spread(lanes, (size_t)prepared->start[k].slot, prepared->start[k].value);
     return ok;
 }
 

@@ -437,9 +437,9 @@ bool kmp_prepared_take(kmp_byte_source *s, const kmp_program *program, kmp_prepa
     KMP_BYTES_TAKE(s, f->feed_start, KMP_IN_COUNT + 1);
     if (s->failed || c.kind != (uint32_t)prepared->form.kind || c.threads != c.kind / KMP_PREPARED_THREAD ||
         !take_arrays(s, prepared, &c) || f->copy_start[program->stages] != c.copies || !are_parts(f, c.parts) ||
-        (uint64_t)(s->end - s->at) != c.code || !is_sound(prepared, c.code))
+        (uint64_t)(s->end - s->at) != c.code || !is_sound(prepared, (size_t)c.code))
         return false;
-    return code_load(&prepared->code, &f->arena, s->at, c.code, c.segments, prepared->code.offset) &&
+    return code_load(&prepared->code, &f->arena, s->at, (size_t)c.code, c.segments, prepared->code.offset) &&
            prepared->code.pages;
 }
 

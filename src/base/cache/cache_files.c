@@ -144,7 +144,7 @@ static bool fits(const char *folder, size_t added, uint64_t most)
     bool known = fd >= 0 && kmp_file_look(fd, &about) && about.own && about.size > 0;
     uint64_t more = units_of(added), all = known ? about.size + more : 0;
     for (; known && more > 0; more -= more < UNIT ? more : UNIT)
-        known = kmp_file_put(fd, nothing, more < UNIT ? more : UNIT) == 0;
+        known = kmp_file_put(fd, nothing, (size_t)(more < UNIT ? more : UNIT)) == 0;
     if (fd >= 0)
         (void)kmp_file_close(fd);
     return known && all <= most / UNIT;
