@@ -27,9 +27,10 @@ if(KEMPE_COMMAND)
     # Pages and examples keep their places relative to each other; the site joins them where it was built (target site).
     install(FILES README.md LICENSE DESTINATION ${KEMPE_DOCDIR})
     install(DIRECTORY third_party DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING PATTERN "README.md" PATTERN "LICENSE.txt")
-    install(DIRECTORY docs bench DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING
-        REGEX "/docs/.*\\.(md|svg|png)$" REGEX "/bench/README\\.md$" REGEX "/bench/results/.*\\.(txt|md|csv)$"
-        PATTERN site EXCLUDE PATTERN peers EXCLUDE)
+    # Folders without such files are excluded: they would be installed empty.
+    install(DIRECTORY docs DESTINATION ${KEMPE_DOCDIR} FILES_MATCHING REGEX "\\.(md|svg|png)$" PATTERN site EXCLUDE PATTERN live_pages EXCLUDE)
+    install(FILES bench/README.md DESTINATION ${KEMPE_DOCDIR}/bench)
+    install(DIRECTORY bench/results DESTINATION ${KEMPE_DOCDIR}/bench FILES_MATCHING REGEX "\\.(txt|md|csv)$")
     install(DIRECTORY examples DESTINATION ${KEMPE_DOCDIR} PATTERN CMakeLists.txt EXCLUDE PATTERN __pycache__ EXCLUDE)
     add_custom_target(site COMMAND ${PROJECT_SOURCE_DIR}/docs/build_site ${PROJECT_BINARY_DIR}/site USES_TERMINAL VERBATIM)
     install(DIRECTORY ${PROJECT_BINARY_DIR}/site/ DESTINATION ${KEMPE_DOCDIR}/html OPTIONAL PATTERN .buildinfo EXCLUDE)
