@@ -731,7 +731,7 @@ static bool rotates(const kempe_model *model, int body)
     return false;
 }
 
-/* Bodies whose inertia is zero: those with mass (`heavy`) that rotate, or those without. */
+/* Bodies without inertia: bodies with mass (`heavy`) that rotate, or bodies without mass. */
 static void show_bare(kmp_text *text, const kempe_check *check, const char *word, bool heavy)
 {
     const kempe_model *model = check->given->model;
