@@ -657,42 +657,38 @@ struct kmp_process {
     int code;
 };
 
-/* Its signals are set as of a program that a user begins, and Ctrl-C of this one's terminal is not for it. */
-static bool set_signals(posix_spawnattr_t *attributes)
+/* In the child, by functions that signals may interrupt: the program, with the signals of one that a user begins.
+ * Ctrl-C of this one's terminal is not for it. */
+static _Noreturn void become(char *const *words, const char *folder, const char *said, const char *complained)
 {
-    sigset_t none, usual;
+    static const int usual[] = {SIGINT, SIGTERM, SIGPIPE};
+    const char *const files[] = {"/dev/null", said, complained};
+    const struct sigaction set = {.sa_handler = SIG_DFL};
+    sigset_t none;
     sigemptyset(&none);
-    sigemptyset(&usual);
-    sigaddset(&usual, SIGINT);
-    sigaddset(&usual, SIGTERM);
-    sigaddset(&usual, SIGPIPE);
-    return posix_spawnattr_setsigmask(attributes, &none) == 0 &&
-           posix_spawnattr_setsigdefault(attributes, &usual) == 0 && posix_spawnattr_setpgroup(attributes, 0) == 0 &&
-           posix_spawnattr_setflags(
-               attributes, (short)(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP)) == 0;
+    bool ok = setpgid(0, 0) == 0;
+    for (size_t k = 0; k < sizeof usual / sizeof *usual; k++)
+        ok = ok && sigaction(usual[k], &set, NULL) == 0;
+    for (int k = 0; ok && k < 3; k++) {
+        const int file = open(files[k], k == STDIN_FILENO ? O_RDONLY : O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        ok = file >= 0 && dup2(file, k) == k && (file == k || close(file) == 0);
+    }
+    if (ok && chdir(folder) == 0 && sigprocmask(SIG_SETMASK, &none, NULL) == 0)
+        (void)execv(words[0], words);
+    _exit(127);
 }
 
+/* Without posix_spawn, which changes the folder only in glibc 2.29 and later. */
 kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained)
 {
-    enum { NEW = O_WRONLY | O_CREAT | O_TRUNC };
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
-    kmp_process *process = calloc(1, sizeof *process);
-    if (!process || posix_spawn_file_actions_init(&actions) != 0) {
-        free(process);
+    const bool there = access(words[0], X_OK) == 0 && access(folder, X_OK) == 0;
+    kmp_process *process = there ? calloc(1, sizeof *process) : NULL;
+    if (!process)
         return NULL;
-    }
-    bool made = posix_spawnattr_init(&attributes) == 0;
-    bool ok = made && set_signals(&attributes) &&
-              posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0) == 0 &&
-              posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said, NEW, 0600) == 0 &&
-              posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complained, NEW, 0600) == 0 &&
-              posix_spawn_file_actions_addchdir_np(&actions, folder) == 0 &&
-              posix_spawn(&process->number, words[0], &actions, &attributes, words, environ) == 0;
-    posix_spawn_file_actions_destroy(&actions);
-    if (made)
-        posix_spawnattr_destroy(&attributes);
-    if (ok)
+    process->number = fork();
+    if (process->number == 0)
+        become(words, folder, said, complained);
+    if (process->number > 0)
         return process;
     free(process);
     return NULL;
