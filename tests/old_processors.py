@@ -42,7 +42,7 @@ def named(line):
     command = line.partition(" ")[0]
     if command in CHOSEN or "--integrator radau" in line or ("--formulation dae" in line and "--integrator" not in line):
         return ""
-    plain = command != "simulate" or "--integrator" in line or "no-such" in line
+    plain = command not in {"simulate", "sensitivity", "optimize"} or "--integrator" in line or "no-such" in line
     return line if plain else line.replace("--t-end", "--integrator dop853 --t-end")
 
 
