@@ -7,6 +7,7 @@ errors stand at their line with the library's sentence, and no text of a model o
     python3 tests/live_pages.py build/wasm/javascript --times                 loading times, and the sizes by gzip -9
     python3 tests/live_pages.py build/wasm/javascript --all                   every page: does it move, and how long does a run take
     python3 tests/live_pages.py build/wasm/javascript --pictures FOLDER       screens of three pages
+    python3 tests/live_pages.py build/wasm/javascript --picture FILE.png      one picture of three screens, docs/live_pages.png
 
 Exit code 77: Chromium or the module (packaging/build_wasm) is not there.
 """
@@ -16,7 +17,9 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -325,20 +328,51 @@ def show_all(pages, names):
     print(f"{moving} of {len(names)} pages move")
 
 
+def screen_of(pages, name, screen):
+    """A page at a good moment; the platform with a mistake in its text."""
+    page = LivePage(pages / f"{name}.html", screen)
+    page.until(RUNS, 60)
+    if name == "stewart":
+        page.type("mass: 10\n", "mass: 10 kgg\n")
+        page.until(f"{STATE} === 'wrong'")
+        page.value("document.querySelector('#text').scrollTop = 400; document.querySelector('#text').scrollLeft = 0")
+    else:
+        page.until(f"{STATE} === 'complete'")
+    page.value("document.getElementById('play').textContent === 'Pause' && document.getElementById('play').click()")
+    page.value("(() => { const input = document.getElementById('time'); input.value = 372; input.dispatchEvent(new Event('input')); })()")
+    page.value("new Promise((done) => setTimeout(done, 300))")
+    return page
+
+
 def take_pictures(pages, folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name in SHOWN:
         for screen in SCREENS:
-            page = LivePage(pages / f"{name}.html", screen)
-            page.until(RUNS)
-            if name == "stewart":  # with a mistake
-                page.type("mass: 10\n", "mass: 10 kgg\n")
-                page.until(f"{STATE} === 'wrong'")
-                page.value("document.querySelector('#text').scrollTop = 400; document.querySelector('#text').scrollLeft = 0")
-            time.sleep(2.5)
+            page = screen_of(pages, name, screen)
             page.value(browser.WIDTHS)
             print(name, screen, "wider than the page:", page.value("document.documentElement.dataset.wide") or "nothing")
             (folder / f"{name}_{screen.width}_{'dark' if screen.dark else 'light'}.png").write_bytes(page.screen())
+
+
+# Of the composed picture: page, screen, height that is shown of it, and scale.
+COMPOSED = (("jansen_walker", browser.Screen(1024, 768, plays=True), 1040, 0.55), ("stewart", browser.Screen(1024, 768, dark=True, plays=True), 1040, 0.55),
+            ("four_bar", browser.Screen(390, 844, plays=True), 1040, 0.55))
+
+
+def compose_picture(pages, file):
+    parts = []
+    for name, screen, height, scale in COMPOSED:
+        image = base64.b64encode(screen_of(pages, name, screen).screen()).decode()
+        parts.append(f'<div style="width:{scale * screen.width:.0f}px;height:{scale * height:.0f}px"><img style="width:100%" src="data:image/png;base64,{image}"></div>')
+    sheet = pages / "sheet.html"
+    sheet.write_text("<!doctype html><meta charset='utf-8'><title>Live pages</title><style>body { margin: 0; padding: 14px; display: flex; gap: 14px; background: #d5dadd; width: max-content; } "
+                     f"div {{ overflow: hidden; border-radius: 8px; }}</style><script>onload = () => (document.documentElement.dataset.ready = 'yes')</script>{''.join(parts)}")
+    width = sum(round(scale * screen.width) for _, screen, _, scale in COMPOSED) + 14 * (len(COMPOSED) + 1)
+    page = LivePage(sheet, browser.Screen(width, round(COMPOSED[0][2] * COMPOSED[0][3]) + 28))
+    file.write_bytes(page.screen())
+    if shutil.which("zopflipng"):
+        subprocess.run(["zopflipng", "-y", file, file], check=True, stdout=subprocess.DEVNULL)
+    print(f"{file}: {file.stat().st_size} bytes")
 
 
 def main(arguments):
@@ -350,14 +384,16 @@ def main(arguments):
     if not browser.CHROMIUM or not (MODULE / "kempe_page.js").exists():
         print("skipped: Chromium or", MODULE / "kempe_page.js", "is not there")
         return 77
-    if arguments and arguments[0] in ("--times", "--all", "--pictures"):
+    if arguments and arguments[0] in ("--times", "--all", "--pictures", "--picture"):
         with tempfile.TemporaryDirectory() as folder:
             pages = pathlib.Path(folder)
-            names = live_examples.write(MODULE, pages, names=SHOWN if arguments[0] == "--pictures" else None)
+            names = live_examples.write(MODULE, pages, names=SHOWN if arguments[0].startswith("--picture") else None)
             if arguments[0] == "--times":
                 show_times(pages)
             elif arguments[0] == "--all":
                 show_all(pages, arguments[1:] or names)
+            elif arguments[0] == "--picture":
+                compose_picture(pages, pathlib.Path(arguments[1]))
             else:
                 take_pictures(pages, pathlib.Path(arguments[1]))
         return 0

@@ -58,9 +58,9 @@ def unpacked(text, kind):
     return struct.unpack(f"<{len(read) // struct.calcsize(kind)}{kind}", read)
 
 
-def arrows(page):
-    """The times of the arrows of a page, and for each arrow its row with the forces and the places that move."""
-    told = json.loads(Page(page.read_text()).data)["picture"]["arrows"]
+def arrows(file):
+    """The times of the arrows of a page, or of the data of a picture, and for each arrow its row with the forces and the places that move."""
+    told = json.loads(file.read_text() if file.suffix == ".json" else Page(file.read_text()).data)["picture"]["arrows"]
     x, parts, places = unpacked(told["x"], "f"), unpacked(told["parts"], "h"), unpacked(told["places"], "h")
     rows, moving = told["rows"], 0
     width = sum("at" not in row for row in rows)
@@ -73,13 +73,13 @@ def arrows(page):
 
 
 class Arrows(Folder):
-    def make(self, text, step, *options):
+    def make(self, text, step, *options, file="page.html"):
         """The arrows of a model and the rows of its table at their times: pairs of an instant and a row."""
-        model, page, table = (self.folder / name for name in ("model.yaml", "page.html", "table.csv"))
+        model, picture, table = (self.folder / name for name in ("model.yaml", file, "table.csv"))
         model.write_text(text)
-        made = kempe("simulate", model, "--report", page, "-o", table, "--output-step", step, *options)
+        made = kempe("simulate", model, "--animation" if file.endswith(".json") else "--report", picture, "-o", table, "--output-step", step, *options)
         self.assertEqual(made.returncode, 0, made.stderr)
-        told, x, rows = arrows(page)
+        told, x, rows = arrows(picture)
         with table.open() as file:
             lines = [{key: float(value) for key, value in line.items() if value} for line in csv.DictReader(file)]
         common = [(k, line) for k, t in enumerate(x) for line in lines if abs(line["t"] - t) < 1e-7 * max(1, abs(x[-1]))]
@@ -89,10 +89,11 @@ class Arrows(Folder):
 
     def test_plane_motion(self):
         """m a = m g + F and I alpha = r x F, with r from the centre of mass to the place of the contact."""
-        for name, (contact, start) in CASES.items():
-            with self.subTest(name):
+        for name, file in [*((name, "page.html") for name in CASES), ("plane", "motion.json"), ("law", "motion.json")]:
+            with self.subTest(name, file=file):
+                contact, start = CASES[name]
                 text = PLANE + f"contacts: {{k: {{{contact}}}}}\nstart: {{{start}}}\nrun: {{t_end: 0.4, rtol: 1e-9, outputs: [q, qd, qdd]}}\n"
-                rows, common = self.make(text, "2 ms")
+                rows, common = self.make(text, "2 ms", file=file)
                 rows = [row for row in rows if row["kind"] == "contacts"]
                 self.assertTrue(rows and all((row["name"], row["body"]) == ("k", 1) for row in rows))
                 pressed, slope, far = 0, 0, 1e-3 * self.most

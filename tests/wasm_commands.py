@@ -281,7 +281,7 @@ def evaluated(chromium, expression):
     told = chromium.call("Runtime.evaluate", chromium.tab, expression=expression, awaitPromise=True, returnByValue=True)
     if "exceptionDetails" in told:
         raise RuntimeError(told["exceptionDetails"])
-    return told["result"]["value"]
+    return told["result"].get("value")
 
 
 def page_answer(folder, top):
@@ -318,7 +318,7 @@ def spent_natively(command, words, backend, times):
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def by_speed(command, folder, rounds=5, times=12):
+def by_speed(command, folder, rounds=4, times=10):
     """Prints processor times of integration: runs less their first parts, in turn natively, in Chromium and in Node.js. A busy machine makes
     processor times longer, too, but those of one round alike: the ratios are medians of the rounds' ratios."""
     print(f"integration, ms of the processor, medians of {rounds} rounds of {times} runs less those over 1/{PART} of the time; times: of the native tape")

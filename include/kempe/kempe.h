@@ -360,9 +360,9 @@ KEMPE_API kempe_status kempe_trajectory_write_report_against(const kempe_traject
 
 /** Writes the moving mechanism. `path` ends with .glb: one binary file of glTF 2.0, a node for each body with its
  * shape, and an animation by the rows of the run; m, y up, against gravity. It ends with .json: the data of the picture
- * of a result page, in SI: drawn parts of each body, poses by the rows of the run. KEMPE_E_ARGUMENT: another ending, or
- * .glb for a model with flexible bodies, one of which is named. KEMPE_E_FAILED: the run has no rows. KEMPE_E_IO: the
- * path cannot be written. It is in libraries built with KEMPE_PICTURE, the default. */
+ * of a result page, in SI: drawn parts of each body, its poses by the rows of the run, the largest forces between
+ * bodies. KEMPE_E_ARGUMENT: another ending, or .glb for a model with flexible bodies, one of which is named.
+ * KEMPE_E_FAILED: the run has no rows. KEMPE_E_IO: the path cannot be written. Libraries with KEMPE_PICTURE have it. */
 KEMPE_API kempe_status kempe_trajectory_write_animation(const kempe_trajectory *trajectory, const char *path);
 
 /** 1: a model or a mesh was read from this file with the context, also as a part of another one; 0: none was. Functions
