@@ -199,7 +199,7 @@ class Colours(Case):
 
     def themes(self):
         """Variables of the style: light, dark."""
-        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "report.css").read_text(), re.S)[:2]
+        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "shared_look.css").read_text(), re.S)[:2]
         return [dict(re.findall(r"--(\w+): (#\w{6})", text)) for text in (light, dark)]
 
     def test_contrast_of_words(self):
