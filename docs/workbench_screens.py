@@ -22,7 +22,7 @@ SCREENS = ((1440, 900), (1024, 768), (390, 844))
 SHEET, HEIGHT, GAP = 755, 210, 10  # pixels: its width, the height of a row, the space between screens
 FOUR_BAR = ROOT / "examples/four_bar/four_bar.yaml"
 
-# What the page shows: JavaScript after its model was run.
+# The states of the page, as JavaScript after its model was run.
 STATES = {
     "a joint with its forces": "showTime(0.7), pick('crank'), showPanel('mechanism')",
     "curves of a study": "pick(null), chooseStudy('motion'), studies.group = 'qd|rad/s', showStudy(), showPanel('results')",

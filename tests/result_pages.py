@@ -651,7 +651,7 @@ class Simulations(Case):
             self.assertAlmostEqual(q, math.degrees(float(row["q.rocker"])), delta=1e-4)
 
     def test_times_of_an_earlier_run(self):
-        """Where only a part of the times is in both runs the page says so among its first lines; two runs that do not meet are refused."""
+        """The first lines of the page name the times that are in both runs, where some are not; two runs that do not meet are refused."""
         model, table = "examples/four_bar/four_bar.yaml", self.folder / "earlier.csv"
         kempe("simulate", ROOT / model, "--t-end", "0.5", "-o", table)
         done = kempe("simulate", ROOT / model, "--t-end", "1", "--against", table, "--report", self.folder / "p.html")

@@ -199,7 +199,7 @@ async function pull(target) {
     held.target = target;
     if (held.busy) return;
     held.busy = true;
-    const late = setTimeout(() => held.moved || tellHint("The mechanism is prepared for dragging."), PREPARED_AFTER);
+    const late = setTimeout(() => held.moved || tellHint("Preparing the mechanism for dragging: large ones take some seconds."), PREPARED_AFTER);
     try {
         for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
             if (asked !== held.target) before = Infinity;
@@ -250,7 +250,7 @@ function endDrag(held) {
     keep.id = "keep-start";
     keep.addEventListener("click", () => {
         const angles = new Set(coordinateList().filter(({ angle }) => angle).map(({ name }) => name));
-        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The start of the model is where the bodies are.");
+        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The model now starts where the bodies are.");
         byId("picked").hidden = true;
     });
     const modes = held.changes > 0 ? `${CHANGED_MODE} than when it was taken${held.changes > 1 ? `, or back: ${held.changes} changes` : ""}.` : held.watched ? "" : "Changes of the assembly mode are not marked in this mechanism: it has spherical joints, or more than 60 coordinates.";
@@ -299,7 +299,7 @@ function forceRows({ ends: [a, b], name }) {
     return [length, ...known, ...(row && !shownScene.posed ? [["force", digits(norm(forceAt(row, shownScene.poses, shownScene.t)[0]), 5), forces.unit]] : [])];
 }
 
-/* What a card tells of a picked part { title, rows, buttons }; null: the model has no such part now. */
+/* The words of the card of a picked part { title, rows, buttons, world }; null: the model has no such part now. */
 function cardOf({ kind, name }) {
     if (kind === "body") {
         const body = bench.model?.bodies.find((one) => one.name === name);
