@@ -199,7 +199,7 @@ class Colours(Case):
 
     def themes(self):
         """Variables of the style: light, dark."""
-        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "report.css").read_text(), re.S)[:2]
+        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "shared_look.css").read_text(), re.S)[:2]
         return [dict(re.findall(r"--(\w+): (#\w{6})", text)) for text in (light, dark)]
 
     def test_contrast_of_words(self):
@@ -651,7 +651,7 @@ class Simulations(Case):
             self.assertAlmostEqual(q, math.degrees(float(row["q.rocker"])), delta=1e-4)
 
     def test_times_of_an_earlier_run(self):
-        """Where only a part of the times is in both runs the page says so among its first lines; two runs that do not meet are refused."""
+        """The first lines of the page name the times that are in both runs, where some are not; two runs that do not meet are refused."""
         model, table = "examples/four_bar/four_bar.yaml", self.folder / "earlier.csv"
         kempe("simulate", ROOT / model, "--t-end", "0.5", "-o", table)
         done = kempe("simulate", ROOT / model, "--t-end", "1", "--against", table, "--report", self.folder / "p.html")

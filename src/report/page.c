@@ -63,6 +63,7 @@ static void put_line(kmp_text *text, const kmp_result_page *page, const kmp_page
         kmp_text_escape(text, page->system->model->name);
         kmp_text_printf(text, ": %s</title>\n", kind->title);
     } else if (is_mark(line, "<!--STYLE-->")) {
+        put_all(text, kmp_shared_look_css);
         put_all(text, kmp_report_css);
     } else if (is_mark(line, "<!--STAGE-->")) {
         put_all(text, kmp_stage_html);

@@ -11,7 +11,8 @@
 #include <kempe/kempe.h>
 
 /** The files of the same names line by line, newlines included, as embedded by the build; NULL ends each. */
-extern const char *const kmp_report_html[], *const kmp_stage_html[], *const kmp_records_html[], *const kmp_report_css[];
+extern const char *const kmp_report_html[],
+    *const kmp_stage_html[], *const kmp_records_html[], *const kmp_report_css[], *const kmp_shared_look_css[];
 extern const char *const kmp_comparison_html[], *const kmp_modes_view_html[], *const kmp_result_html[];
 extern const char *const kmp_phrases_js[],
     *const kmp_plots_js[], *const kmp_records_js[], *const kmp_animation_js[], *const kmp_stage_views_js[];

@@ -646,7 +646,7 @@ typedef struct beside {
     double own[2], other[2]; /* their first and last times, s */
 } beside;
 
-/* The run that has a part of the time alone; NULL: both have the same. Rounded numbers of a file count as the same. */
+/* A sentence about two runs with different times; NULL: they are the same, but for the rounding of a file. */
 static char *words_of_ranges(const beside *both, kmp_arena *arena)
 {
     const double *own = both->own, *other = both->other, near = 1e-6 * (own[1] - own[0]);

@@ -100,7 +100,7 @@ void kmp_served_file_put(kmp_served_file *f, kmp_text *out)
     (void)pthread_mutex_unlock(&f->lock);
 }
 
-/* The file was removed from its folder, which is still there and is no link now. */
+/* The file was removed from its folder, which is still there and is not a link now. */
 static bool is_removed(const kmp_served_file *f)
 {
     char real[KMP_PATH_MOST];

@@ -218,8 +218,8 @@ function dropJointUses(text, coordinates) {
     return dropAll(text, [...drives, ...["q", "qd"].flatMap((key) => coordinates.filter((name) => keysAt(tree, ["start", key]).includes(name)).map((name) => ["start", key, name]))]);
 }
 
-/* [text, words] without a part { kind: "body", "joint", "force" or "drive", name, coordinates }. What is joined to it goes with it; what would hang in the air
- * keeps it, and the words say so. */
+/* [text, words] without a part { kind, name, coordinates } and without what is joined to it. The kind is "body", "joint", "force" or "drive". A part
+ * stays where another body would have no joint without it: the words name that body. */
 function removePart(given, { kind, name, coordinates = [name] }) {
     const tree = readYaml(given), has = (...path) => nodeAt(tree, path) !== undefined, refused = (words) => [given, words];
     let text = given;

@@ -116,7 +116,7 @@ async function shareModel() {
     document.documentElement.dataset.shared = address;
     try {
         await navigator.clipboard.writeText(address);
-        tellHint(bench.engine.isPrivate ? "Copied: behind the address of any workbench it opens this model." : "The link is copied: it opens this model.");
+        tellHint(bench.engine.isPrivate ? "Copied. At the end of the address of any workbench it opens this model." : "The link is copied: it opens this model.");
     } catch {
         tellNotice("The browser does not let this page copy. The link: ", []);
         byId("notice").append(element("code", address));

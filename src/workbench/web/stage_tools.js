@@ -199,7 +199,7 @@ async function pull(target) {
     held.target = target;
     if (held.busy) return;
     held.busy = true;
-    const late = setTimeout(() => held.moved || tellHint("The mechanism is prepared for dragging."), PREPARED_AFTER);
+    const late = setTimeout(() => held.moved || tellHint("Preparing the mechanism for dragging: large ones take some seconds."), PREPARED_AFTER);
     try {
         for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
             if (asked !== held.target) before = Infinity;
@@ -250,11 +250,12 @@ function endDrag(held) {
     keep.id = "keep-start";
     keep.addEventListener("click", () => {
         const angles = new Set(coordinateList().filter(({ angle }) => angle).map(({ name }) => name));
-        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The start of the model is where the bodies are.");
+        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The model now starts where the bodies are.");
         byId("picked").hidden = true;
     });
     const modes = held.changes > 0 ? `${CHANGED_MODE} than when it was taken${held.changes > 1 ? `, or back: ${held.changes} changes` : ""}.` : held.watched ? "" : "Changes of the assembly mode are not marked in this mechanism: it has spherical joints, or more than 60 coordinates.";
     showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, ...coordinateWords(name, value)]), [keep], modes);
+    moveCardAside(held.at);
     drawScene();
 }
 
@@ -298,21 +299,32 @@ function forceRows({ ends: [a, b], name }) {
     return [length, ...known, ...(row && !shownScene.posed ? [["force", digits(norm(forceAt(row, shownScene.poses, shownScene.t)[0]), 5), forces.unit]] : [])];
 }
 
-/* What a card tells of a picked part { title, rows, buttons }; null: the model has no such part now. */
+/* The words of the card of a picked part { title, rows, buttons, world }; null: the model has no such part now. */
 function cardOf({ kind, name }) {
     if (kind === "body") {
         const body = bench.model?.bodies.find((one) => one.name === name);
-        return body ? { title: name, rows: bodyRows(body), buttons: [] } : null;
+        return body ? { title: name, rows: bodyRows(body), buttons: [], world: moved(poseOf(name), body.com || [0, 0, 0]) } : null;
     }
     if (kind === "force") {
         const force = modelForces(bench.model).find((one) => one.name === name);
-        return force ? { title: `${name}: ${force.ends.map(({ body, point }) => (point ? `${body}.${point}` : body)).join(", ")}`, rows: forceRows(force), buttons: [] } : null;
+        return force ? { title: `${name}: ${force.ends.map(({ body, point }) => (point ? `${body}.${point}` : body)).join(", ")}`, rows: forceRows(force), buttons: [], world: force.ends[0].world } : null;
     }
     const joint = modelJoints(bench.model).find((one) => one.name === name);
     if (!joint) return null;
     const driven = driveOf(joint), may = !bench.wrong && !driven && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
     const buttons = may ? [["Add a motor", () => drawn(...motorOn(joint))]] : driven ? [["Delete the motor", () => removed({ kind: "drive", name: driven.name })]] : [];
-    return { title: `${joint.name}: ${joint.bodies.join(", ")}`, rows: jointRows(joint), buttons };
+    return { title: `${joint.name}: ${joint.bodies.join(", ")}`, rows: jointRows(joint), buttons, world: joint.world };
+}
+
+/* The card goes to the corner of the picture where it hides least of the mechanism; the place that it tells of counts most. */
+function moveCardAside(world) {
+    const card = byId("picked"), see = seeNow(), { width, height } = frameNow(), room = 16;
+    const seen = modelBars(bench.model).flatMap(([a, b]) => [0, 0.25, 0.5, 0.75, 1].map((part) => see(add(scaled(1 - part, a.world), scaled(part, b.world)))));
+    const hides = ([right, low]) => ([x, y]) => (right ? width - x : x) < card.offsetWidth + room && (low ? height - y : y) < card.offsetHeight + room + (low ? 0 : 16);
+    const corners = [[false, false], [true, false], [false, true], [true, true]].map((corner) => [seen.filter(hides(corner)).length + (world && hides(corner)(see(world)) ? 100 : 0), corner]);
+    const [, [right, low]] = corners.reduce((best, one) => (one[0] < best[0] ? one : best));
+    card.classList.toggle("right", right);
+    card.classList.toggle("low", low);
 }
 
 /* A part of the model, by default a joint; null: nothing is picked. */
@@ -340,6 +352,7 @@ function tellPicked() {
         return button;
     });
     showCard(told.title, told.rows, buttons);
+    moveCardAside(told.world);
     card.dataset.part = picked.name;
     return undefined;
 }

@@ -415,7 +415,8 @@ function showStudy() {
         tellVerdict("failed", result.failed);
         tellPrinted(result.answer?.text);
     } else study.show(result);
-    if (result && result.state !== stateNow()) byId("facts").prepend(element("p.warning", "The text was changed after this result: press Run."));
+    const stale = bench.wrong ? "The text was changed after this result, and has an error: mend it, then press Run." : "The text was changed after this result: press Run.";
+    if (result && result.state !== stateNow()) byId("facts").prepend(element("p.warning", stale));
 }
 
 async function runStudy() {

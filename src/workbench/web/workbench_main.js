@@ -16,7 +16,7 @@ const bench = {
     removed: false, lost: false, /* the file is missing on disk; the server does not answer */
 };
 
-/* What results belong to: the text of the model, and its other files. */
+/* The text of the model with its other files, to which a result belongs. */
 const stateNow = () => `${bench.othersChanged} ${bench.text}`;
 
 /* -- checks ------------------------------------------------------------------------------------------------- */

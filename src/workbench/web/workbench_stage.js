@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The mechanism of the workbench: what is drawn, from where, at which time, and what is at a place of the picture. The drawing
- * itself is the one of report pages (src/report/web). */
+ * itself is in the scripts of report pages (src/report/web). */
 "use strict";
 
 const NEAR_PIXELS = { mouse: 11, pen: 14, touch: 22 };
