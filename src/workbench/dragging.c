@@ -142,16 +142,11 @@ static void project(kmp_dragging *d, double *x)
             x[k] += closer.dx[k] / s->scale[k];
 }
 
-static double closure_at(const kmp_dragging *d)
-{
-    return d->system->m > 0 ? kmp_eval_residual(d->walk->eval) : 0;
-}
-
 void kmp_dragging_look(kmp_dragging *d, kmp_drag_report *report)
 {
     *report = (kmp_drag_report){0};
     kmp_eval_closure(d->walk->eval, 0, d->q);
-    report->closure = closure_at(d);
+    report->closure = d->system->m > 0 ? kmp_eval_residual(d->walk->eval) : 0;
     report->mode = d->watch ? kmp_mode_watch_next(d->watch, d->q) != NULL : -1;
     kmp_pose_all(d->system->model, d->q, d->poses);
 }
