@@ -28,9 +28,9 @@ WIDTHS = """(() => {
     root.dataset.wide = wide.map((e) => e.tagName + "#" + e.id + "." + e.className).join(" ");
     root.dataset.scrolls = root.scrollWidth > root.clientWidth;
 })()"""
-# The document without the texts of its programs, which are most of a page.
+# The document without the texts of its programs and its data, which are most of a page.
 DOCUMENT = """(() => {
-    for (const script of document.scripts) if (script.id !== "data") script.textContent = "";
+    for (const script of document.scripts) script.textContent = "";
     return document.documentElement.outerHTML;
 })()"""
 FLAT = """{
@@ -127,7 +127,7 @@ class Chromium:
         self.wait("Emulation.virtualTimeBudgetExpired")
         self.call("Page.removeScriptToEvaluateOnNewDocument", self.tab, identifier=flat)
         self.value(WIDTHS)
-        return self.document()
+        return self.document(), self.complaints()
 
     def value(self, expression):
         """Of an expression in the page that was drawn last."""
@@ -137,7 +137,10 @@ class Chromium:
         return told["result"].get("value")
 
     def document(self):
-        return self.value(DOCUMENT), [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
+        return self.value(DOCUMENT)
+
+    def complaints(self):
+        return [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
 
 
 def complaint(event):
@@ -163,6 +166,10 @@ def draw(page, screen=Screen()):
 
 
 def run(script):
-    """In the page that was drawn last: the value that a script returns; and the document after it, and all complaints."""
-    value = running.value(f"(() => {{ {script} }})()")
-    return value, *running.document()
+    """In the page that was drawn last: the value that a script returns, and all complaints."""
+    return running.value(f"(() => {{ {script} }})()"), running.complaints()
+
+
+def document():
+    """The document of the page that was drawn last, as it is now."""
+    return running.document()

@@ -7,14 +7,13 @@ they move the bodies as Newton's and Euler's laws say. Called with the path of t
 """
 import base64
 import csv
-import json
 import math
 import struct
 import sys
 import unittest
 
 import report_pages
-from report_pages import ROOT, Folder, Page, kempe
+from report_pages import ROOT, Folder, data_of, kempe
 
 GRAVITY, MASS, INERTIA = (1.5, -9.81), 2.0, 0.012
 
@@ -60,7 +59,7 @@ def unpacked(text, kind):
 
 def arrows(page):
     """The times of the arrows of a page, and for each arrow its row with the forces and the places that move."""
-    told = json.loads(Page(page.read_text()).data)["picture"]["arrows"]
+    told = data_of(page)["picture"]["arrows"]
     x, parts, places = unpacked(told["x"], "f"), unpacked(told["parts"], "h"), unpacked(told["places"], "h")
     rows, moving = told["rows"], 0
     width = sum("at" not in row for row in rows)
