@@ -14,7 +14,8 @@ import subprocess
 import tempfile
 import time
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+# The first one has no windows, which saves a fifth of the time.
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"))), None)
 HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 SECONDS = 120  # for one page
 SETTLED = 100  # virtual milliseconds after the page was loaded, for what it draws by and by
