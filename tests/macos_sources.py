@@ -29,7 +29,7 @@ LEFT_OUT = ("_windows.c", "rounded_once.c", "counted_memory", "test_real_time.c"
 
 
 def found_headers(name):
-    """Where this machine has a header, or a folder of headers, of a library."""
+    """The path of a header, or of a folder of headers, on this machine; None: it is missing."""
     for folder in ("/usr/include", "/usr/include/x86_64-linux-gnu", "/usr/include/aarch64-linux-gnu"):
         if os.path.exists(f"{folder}/{name}"):
             return f"{folder}/{name}"
