@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # shellcheck shell=bash disable=SC2154
-# Sourced by packaging/build_windows, build_macos, build_wasm and linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
+# Sourced by packaging/build_windows, build_wasm and linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
 # UMFPACK and CHOLMOD (GPL) and Luksan's part of NLopt (LGPL) are left out. They set
 #
 #     folder      for all that is made; sources are in $folder/sources

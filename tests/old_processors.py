@@ -6,9 +6,9 @@ instruction that they lack would end the command.
     python3 tests/old_processors.py build/dev/kempe           every command, by both processors
     python3 tests/old_processors.py build/dev/kempe --some    those of the test
 
-Where an integrator is named, exit codes, texts and files are equal, to the last bit of each number; times are not compared. Functions of
-the C library, as exp and pow, have other last digits on processors without fused operations: here it is told to do without them, too.
-Where an integrator is chosen by counted time, which is more without machine code, and in `radau`, whose iteration is so chosen, tables
+Exit codes, texts and files are equal, to the last bit of each number, where an integrator is named; times are not compared. Functions of
+the C library, as exp and pow, have other last digits on processors without fused operations: the reference also runs without these.
+Counted time, which is more without machine code, chooses an integrator that is not named, and the iteration of `radau`: there tables
 agree within 1e-6 of the largest number of a column.
 The exit code is 77, which skips a test, where QEMU's user mode is missing or this processor is not of x86-64.
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Files that the command for Windows writes, under Wine, and that are opened here: the page of a report, a functional mock-up unit, a
-checkpoint and the result folder of an ensemble. What is read from them equals what is read from files that were written here.
+checkpoint and the result folder of an ensemble. Their contents equal those of files that were written here.
 
     python3 tests/windows_files.py build/dev/kempe build/windows/kempe/kempe.exe
 

@@ -13,6 +13,7 @@
 #include "linalg/sparse.h"
 #include "loaded.h"
 #include "random.h"
+#include <inttypes.h>
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -320,7 +321,7 @@ static void saddle_systems_are_ordered_by_closures(void)
             b[k] = x[k] = y[k];
         }
     }
-    printf("  entries of factors: %ld by closures, %ld by least degree\n", kmp_sparse_fill(ordered),
+    printf("  entries of factors: %" PRId64 " by closures, %" PRId64 " by least degree\n", kmp_sparse_fill(ordered),
            kmp_sparse_fill(plain));
     CHECK((double)kmp_sparse_fill(ordered) < 0.7 * (double)kmp_sparse_fill(plain) &&
           kmp_sparse_operations(ordered) > estimate);

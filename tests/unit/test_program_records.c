@@ -11,6 +11,7 @@
 #include <kempe/cache.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* A choice of a system, with factors at the start. */
 typedef struct chosen {

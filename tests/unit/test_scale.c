@@ -100,7 +100,7 @@ static long flat_chain(int n, double small, int *rank)
     int nz = 6 * n, count = 0, *row = KMP_NEW(int, nz), *col = KMP_NEW(int, nz), *r = KMP_NEW(int, 2 * n),
         *c = KMP_NEW(int, 2 * n + 1);
     double *value = KMP_NEW(double, nz), *pivots = KMP_NEW(double, 2 * n);
-    long products;
+    int64_t products;
     for (int i = 0; i < n; i++)
         for (int side = 0; side < 2; side++)
             for (int k = 0; k < 3; k++) {

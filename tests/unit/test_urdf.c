@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define OWN KEMPE_ROOT "/tests/models/geared_leg"
 #define ARM KEMPE_ROOT "/tests/models/closed_arm"

@@ -26,7 +26,7 @@ static const char *name_of(const kempe_modes *m, int coordinate)
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
-/* The size of a share, in which rounding is no difference: in a symmetric mode both sides have equal shares. */
+/* The size of a share without the digits of rounding: in a symmetric mode both sides have equal shares. */
 static double size_of(double share)
 {
     return round(1e6 * fabs(share)) / 1e6;
