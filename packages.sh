@@ -55,13 +55,23 @@ need() {
     quietly build/packages.log apt_get install --no-install-recommends $missing
 }
 
-# need_pypi FOLDER PACKAGE...: a virtual environment with packages of the Python Package Index, made where it lacks one.
+# compile_imports FOLDER PACKAGE==VERSION...: of those that are imported by the name of the package.
+compile_imports() {
+    local folder=$1 package
+    shift
+    for package in "$@"; do
+        env -u PYTHONDONTWRITEBYTECODE "$folder/bin/python3" -c "import ${package%%==*}" 2>/dev/null || true
+    done
+}
+
+# need_pypi FOLDER PACKAGE...: a virtual environment with packages of the Python Package Index, made where it lacks one. What an import
+# of them reads is compiled then and there, and not their thousand other files, which take half of an installation.
 need_pypi() {
     local folder=$1
     shift
     [ "$(cat "$folder/has" 2>/dev/null)" != "$*" ] || return 0
     say "installing $* into $folder"
     quietly "$folder.log" python3 -m venv --clear "$folder" &&
-        quietly "$folder.log" "$folder/bin/pip" install -q --disable-pip-version-check "$@" &&
-        printf '%s' "$*" >"$folder/has"
+        quietly "$folder.log" "$folder/bin/pip" install -q --disable-pip-version-check --no-compile "$@" &&
+        compile_imports "$folder" "$@" && printf '%s' "$*" >"$folder/has"
 }

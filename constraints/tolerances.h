@@ -679,11 +679,20 @@
 #define KMP_SHAFTS_BENT   60.0
 #define KMP_SHAFTS_FOLDED 179.0
 
+/** The second derivative of a spline is continuous at its knots but for rounding, which is below this part of it: its
+ * coefficients follow from differences of values with nine digits or more. A kink is of the size of the derivative. */
+#define KMP_BENDS_ALIKE 1e-6
+
 /* -- cams --------------------------------------------------------------------------------------------- */
 
 /** An ideal cam pulls its follower where the negative force exceeds this part of the largest force of a run. Smaller
  * negative forces are rounding. */
 #define KMP_PULLING_FORCE 1e-9
+
+/** The place of contact on a cam is found to this part of its profile. The distance of the follower is stationary there,
+ * so that its error is the square; between 2048 nodes of the search an acceleration has the square of the rate of the
+ * error, some 1e-12. */
+#define KMP_CAM_FOUND 1e-10
 
 /** Written angles, over a turn, and written lifts and lengths, over the largest, are equal within this: files have nine
  * digits. */

@@ -136,12 +136,13 @@ export class Kempe {
     command(words: (string | number)[], how?: How): Promise<Outcome>;
 
     /** Moves a mechanism by a point of a body: requests and answers as for `drag` in docs/workbench_protocol.md, in SI. The
-     * module needs the wing WORKBENCH. Rejected with KempeError where the model has an error or its loops do not close. */
-    drag(request: object): Promise<any>;
+     * module needs the wing WORKBENCH. `files`: other files that the model names, by default those of the last request. Rejected with KempeError where the model has an error or its
+     * loops do not close. */
+    drag(request: object, how?: { files?: Files }): Promise<any>;
 
     /** A whole conversation with a separate language server: messages of the Language Server Protocol, headers included,
-     * and those of its answers. The module needs the wings WORKBENCH and LANGUAGE_SERVER. */
-    language(messages: string): Promise<string>;
+     * and those of its answers. `files`: others that the model names. The module needs the wings WORKBENCH and LANGUAGE_SERVER. */
+    language(messages: string, how?: { files?: Files }): Promise<string>;
 
     /** Another worker of the same module, which computes beside this one. */
     another(): Promise<Kempe>;

@@ -104,12 +104,18 @@ export class KempeError extends Error {
 
 /* Runs in the worker, which has its text alone: `kempeModule` is the function of the module's script. */
 function serve(kempeModule, port) {
-    let compiled, stopped, dragging = null;
+    let compiled, stopped, dragging = null, draggedFiles = "";
 
     const makeFolders = (files, path) => {
         for (let at = path.indexOf("/", 1); at > 0; at = path.indexOf("/", at + 1)) {
             const folder = path.slice(0, at);
             if (!files.analyzePath(folder).exists) files.mkdir(folder);
+        }
+    };
+    const giveFiles = (files, given) => {
+        for (const [path, content] of Object.entries(given)) {
+            makeFolders(files, path);
+            files.writeFile(path, content);
         }
     };
     const collect = (files, folder, found) => {
@@ -142,10 +148,7 @@ function serve(kempeModule, port) {
             },
         });
         const given = new Set(Object.keys(files)), written = {};
-        for (const path of given) {
-            makeFolders(instance.FS, path);
-            instance.FS.writeFile(path, files[path]);
-        }
+        giveFiles(instance.FS, files);
         makeFolders(instance.FS, "/out/");
         if (!instance.FS.analyzePath("/model").exists) instance.FS.mkdir("/model");
         instance.FS.chdir("/model");
@@ -174,9 +177,12 @@ function serve(kempeModule, port) {
         return { instance, room, mechanisms: instance.HEAPU32[room >> 2] };
     };
 
-    /* Dragging keeps its memory from call to call: the mechanisms that it has prepared. */
-    const drag = async (request) => {
-        dragging ??= await beginDragging();
+    /* Dragging keeps its memory from call to call: the mechanisms that it has prepared, of the same other files. */
+    const drag = async (request, files) => {
+        const given = files ? Object.entries(files).map(([path, content]) => `${path} ${content.length} ${content}`).join() : draggedFiles;
+        if (given !== draggedFiles) dragging = null;
+        draggedFiles = given;
+        if (!dragging) giveFiles((dragging = await beginDragging()).instance.FS, files ?? {});
         const { instance, room, mechanisms } = dragging, asked = textIn(instance, request);
         instance.HEAPU32[room >> 2] = 0;
         instance._kempe_drag_take(mechanisms, asked, room);
@@ -188,8 +194,10 @@ function serve(kempeModule, port) {
     };
 
     /* A conversation with a separate language server. */
-    const talk = async (messages) => {
-        const instance = await begin({ print() {}, printErr() {} }), room = instance._malloc(4), asked = textIn(instance, messages);
+    const talk = async (messages, files) => {
+        const instance = await begin({ print() {}, printErr() {} });
+        giveFiles(instance.FS, files);
+        const room = instance._malloc(4), asked = textIn(instance, messages);
         if (!instance._kempe_language_server_new) throw new Error("it is built without the language server: WORKBENCH=ON packaging/build_wasm adds it");
         const wrong = instance._kempe_language_server_new(instance._kempe_context_new(), room) || instance._kempe_language_server_take(instance.HEAPU32[room >> 2], asked, instance.lengthBytesUTF8(messages), room);
         if (wrong) throw new Error("the language server does not take these messages");
@@ -203,7 +211,7 @@ function serve(kempeModule, port) {
                 port.post({ ready: true });
                 return;
             }
-            const answer = await (message.drag ? drag(message.drag) : message.language ? talk(message.language) : run(message));
+            const answer = await (message.drag ? drag(message.drag, message.files) : message.language ? talk(message.language, message.files) : run(message));
             port.post({ answer }, Object.values(answer.written).map((bytes) => bytes.buffer));
         } catch (error) {
             port.post({ failure: String(error?.message ?? error) });
@@ -331,16 +339,17 @@ export class Kempe {
         return { code: answer.code, text: answer.text, messages: messagesOf(lines), files: written };
     }
 
-    /** Moves a mechanism by a point of a body: requests and answers of docs/workbench_protocol.md. */
-    async drag(request) {
-        const { told } = await this.#inTurn({ drag: JSON.stringify(request) }), answer = JSON.parse(told);
+    /** Moves a mechanism by a point of a body: requests and answers of docs/workbench_protocol.md. `files`: others that the
+     * model of this request names, those of the last request by default. */
+    async drag(request, { files } = {}) {
+        const { told } = await this.#inTurn({ drag: JSON.stringify(request), ...(files ? { files: whole(files) } : {}) }), answer = JSON.parse(told);
         if (answer.error) throw new KempeError({ code: 2, text: answer.error, messages: answer.messages ?? [] });
         return answer;
     }
 
     /** A whole conversation with the language server: messages of its protocol, and those of its answer. */
-    async language(messages) {
-        return (await this.#inTurn({ language: messages })).told;
+    async language(messages, { files = {} } = {}) {
+        return (await this.#inTurn({ language: messages, files: whole(files) })).told;
     }
 
     /** Another worker of the same module, which computes beside this one. */

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # shellcheck shell=bash disable=SC2154
-# Sourced by packaging/build_windows, packaging/build_wasm and packaging/linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
+# Sourced by packaging/build_windows, build_macos, build_wasm and linux_libraries: static libraries of what Kempe needs, from Debian's sources of release 12.
 # UMFPACK and CHOLMOD (GPL) and Luksan's part of NLopt (LGPL) are left out. They set
 #
 #     folder      for all that is made; sources are in $folder/sources
@@ -103,6 +103,47 @@ fortran_lapack() {
         done)
     done
     rm -f "$installed/lib/liblapack.a" "$installed/lib/libblas.a"
+    "$archive" crs "$installed/lib/liblapack.a" "$to"/*.o
+    "$archive" crs "$installed/lib/libblas.a" # nothing: all is in liblapack.a
+    touch "$installed/has_lapack"
+}
+
+# The same, translated to C, with the routines of f2c's library: for systems whose Fortran is not here. It needs f2c, and the sources of
+# libf2c2.
+translated_lapack() {
+    [ ! -e "$installed/has_lapack" ] || return 0
+    say "  lapack"
+    local from=$folder/sources/lapack to=$folder/lapack entries="dgesvd zgeev dsygv dsyev dgelsy dgeevx"
+    rm -rf "$to"
+    mkdir -p "$to"
+    cp "$folder/sources/libf2c2/f2c.h0" "$to/f2c.h"
+    local wanted=$entries seen=" " name file
+    while [ -n "$wanted" ]; do
+        for name in $wanted; do
+            case "$seen" in *" $name "*) continue ;; esac
+            seen="$seen$name "
+            # The routines in Fortran 90 are in src/browser/lapack_parts.c.
+            case $name in dlamch | xerbla | disnan) continue ;; esac
+            for file in "$from"/{SRC,BLAS/SRC,INSTALL}/"$name.f"; do
+                [ -e "$file" ] || continue
+                awk -f packaging/plain_fortran.awk "$file" >"$to/$name.f"
+                (cd "$to" && quietly "$name.log" f2c -a -A "$name.f")
+                break
+            done
+        done
+        wanted=$(cat "$to"/*.c | grep -oE '\b[a-z][a-z0-9]+_\(' | tr -d '_(' | sort -u |
+            while read -r name; do case "$seen" in *" $name "*) ;; *) printf '%s ' "$name" ;; esac done)
+    done
+    for name in $(grep -ohE '\b[a-z]+_[a-z0-9]+\(' "$to"/*.c | tr -d '(' | sort -u) cabs; do
+        case $name in s_copy | s_cat) continue ;; esac # in src/browser/lapack_parts.c: f2c declares them otherwise
+        file=$folder/sources/libf2c2/$name.c
+        [ ! -e "$file" ] || cp "$file" "$to"
+    done
+    cp src/browser/lapack_parts.c "$to"
+    local names=()
+    for name in $entries; do names+=("-D${name}_=f2c_$name"); done
+    printf '%s\n' "$to"/*.c | grep -v lapack_parts | xargs -P "$jobs" -I {} "$compiler" -O2 -w -ffp-contract=off "${names[@]}" -I"$to" -c {} -o {}.o
+    "$compiler" -O2 -ffp-contract=off -c "$to/lapack_parts.c" -o "$to/lapack_parts.c.o"
     "$archive" crs "$installed/lib/liblapack.a" "$to"/*.o
     "$archive" crs "$installed/lib/libblas.a" # nothing: all is in liblapack.a
     touch "$installed/has_lapack"

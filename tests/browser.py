@@ -14,7 +14,8 @@ import subprocess
 import tempfile
 import time
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+# The first one has no windows, which saves a fifth of the time.
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"))), None)
 HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 SECONDS = 120  # for one page
 SETTLED = 100  # virtual milliseconds after the page was loaded, for what it draws by and by
@@ -28,9 +29,9 @@ WIDTHS = """(() => {
     root.dataset.wide = wide.map((e) => e.tagName + "#" + e.id + "." + e.className).join(" ");
     root.dataset.scrolls = root.scrollWidth > root.clientWidth;
 })()"""
-# The document without the texts of its programs, which are most of a page.
+# The document without the texts of its programs and its data, which are most of a page.
 DOCUMENT = """(() => {
-    for (const script of document.scripts) if (script.id !== "data") script.textContent = "";
+    for (const script of document.scripts) script.textContent = "";
     return document.documentElement.outerHTML;
 })()"""
 FLAT = """{
@@ -127,7 +128,7 @@ class Chromium:
         self.wait("Emulation.virtualTimeBudgetExpired")
         self.call("Page.removeScriptToEvaluateOnNewDocument", self.tab, identifier=flat)
         self.value(WIDTHS)
-        return self.document()
+        return self.document(), self.complaints()
 
     def value(self, expression):
         """Of an expression in the page that was drawn last."""
@@ -137,7 +138,10 @@ class Chromium:
         return told["result"].get("value")
 
     def document(self):
-        return self.value(DOCUMENT), [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
+        return self.value(DOCUMENT)
+
+    def complaints(self):
+        return [line for line in map(complaint, self.events) if line and not HARMLESS.search(line)]
 
 
 def complaint(event):
@@ -163,6 +167,10 @@ def draw(page, screen=Screen()):
 
 
 def run(script):
-    """In the page that was drawn last: the value that a script returns; and the document after it, and all complaints."""
-    value = running.value(f"(() => {{ {script} }})()")
-    return value, *running.document()
+    """In the page that was drawn last: the value that a script returns, and all complaints."""
+    return running.value(f"(() => {{ {script} }})()"), running.complaints()
+
+
+def document():
+    """The document of the page that was drawn last, as it is now."""
+    return running.document()

@@ -7,7 +7,8 @@ that tie them where folders include each other in a circle.
     python3 tests/includes.py --self-test   proves that planted mistakes are found
 
 A layer may include itself and what LAYERS lists for it; quoted names are resolved from the file's own folder,
-then from the root, then from src/. Solver headers (SOLVERS) belong to the layers in MAY_SOLVE alone.
+then from the root, then from src/. Solver headers (SOLVERS) belong to the layers in MAY_SOLVE alone. Only src/platform asks the
+preprocessor for a system (SYSTEMS); others may ask for a processor, as __x86_64__ or __wasm__.
 """
 import pathlib
 import re
@@ -17,7 +18,7 @@ import tempfile
 # layer: the layers it may see, besides itself and the public header
 LAYERS = {
     "base": "",
-    "linalg": "base",
+    "linalg": "base tolerances",
     "symbolic": "base linalg",
     "model": "base linalg symbolic tolerances",
     "roles": "",
@@ -97,6 +98,8 @@ MAY_SOLVE = {"linalg", "constraints", "integrators", "ensemble"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack|nlopt)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
 SOURCE = {".c", ".h", ".def"}
+SYSTEMS = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif)\b.*\b(_WIN\d\d|_MSC_VER|__MINGW\w*|__CYGWIN__|__APPLE__|__MACH__|__linux(?:__)?|__unix(?:__)?"
+                     r"|__ANDROID__|__\w*BSD__|__EMSCRIPTEN__|__GLIBC\w*)\b")
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')
 
 
@@ -160,6 +163,14 @@ def sources(root):
         yield from sorted(p for p in (root / top).rglob("*") if p.suffix in SOURCE)
 
 
+def systems(root):
+    """One sentence for each directive outside src/platform that asks for a system."""
+    return [f"{path.relative_to(root)}:{number}: asks for {match.group(1)}: src/platform has the differences of systems"
+            for top in ("include", "src", "constraints", "integrators") for path in sorted((root / top).rglob("*"))
+            if path.suffix in SOURCE and "platform" not in path.relative_to(root).parts[:2]
+            for number, line in enumerate(path.read_text().splitlines(), 1) if (match := SYSTEMS.match(line))]
+
+
 def folder_edges(root, files):
     """{folder: {folder that it includes: the first include that says so}}, of the library alone."""
     edges = {}
@@ -206,7 +217,7 @@ def check(root):
     root = root.resolve()
     files = list(sources(root))
     problems = [problem for path in files for problem in check_file(root, path)]
-    return len(files), problems + circles(folder_edges(root, files))
+    return len(files), problems + circles(folder_edges(root, files)) + systems(root)
 
 
 PLANTED = [  # file, its include, whether it is allowed
@@ -275,6 +286,16 @@ def self_test():
         if len(check(root)[1]) != 1:
             wrong += 1
             print(f"self-test: a circle of three folders should be found once: {check(root)[1]}")
+    for name, directive, allowed in (("src/base/a.c", "#ifdef _WIN32", False), ("include/kempe/a.h", "#if defined(__APPLE__)", False),
+                                     ("constraints/a.c", "  # elif X && __linux__", False), ("src/platform/a.c", "#ifdef _WIN32", True),
+                                     ("src/base/a.c", "#if defined(__x86_64__)", True), ("src/base/a.c", "/* #ifdef _WIN32 */", True)):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / name
+            path.parent.mkdir(parents=True)
+            path.write_text(directive + "\n")
+            if allowed != (systems(pathlib.Path(folder)) == []):
+                wrong += 1
+                print(f"self-test: {directive} in {name} should be {'allowed' if allowed else 'found'}")
     print(f"self-test: {len(PLANTED) - wrong} of {len(PLANTED)} planted includes judged rightly")
     return wrong
 

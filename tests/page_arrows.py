@@ -14,7 +14,7 @@ import sys
 import unittest
 
 import report_pages
-from report_pages import ROOT, Folder, Page, kempe
+from report_pages import ROOT, Folder, data_of, kempe
 
 GRAVITY, MASS, INERTIA = (1.5, -9.81), 2.0, 0.012
 
@@ -60,7 +60,7 @@ def unpacked(text, kind):
 
 def arrows(file):
     """The times of the arrows of a page, or of the data of a picture, and for each arrow its row with the forces and the places that move."""
-    told = json.loads(file.read_text() if file.suffix == ".json" else Page(file.read_text()).data)["picture"]["arrows"]
+    told = (json.loads(file.read_text()) if file.suffix == ".json" else data_of(file))["picture"]["arrows"]
     x, parts, places = unpacked(told["x"], "f"), unpacked(told["parts"], "h"), unpacked(told["places"], "h")
     rows, moving = told["rows"], 0
     width = sum("at" not in row for row in rows)

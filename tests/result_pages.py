@@ -26,7 +26,7 @@ import browser
 import colour_vision
 import report_pages
 from browser import Screen
-from report_pages import FLAT, ROOT, TELEPHONE, Page, check_by_itself, check_narrow, kempe, open_page, sampled
+from report_pages import FLAT, ROOT, TELEPHONE, Page, check_by_itself, check_narrow, data_of, kempe, open_page, sampled
 
 MARKS = {"complete": "\u2713", "complete, not checked": "\u25cb", "not trustworthy": "\u26a0\ufe0e", "stopped": "\u25a0", "failed": "\u2715"}
 DESKTOP, DARK, DARK_TELEPHONE = Screen(), Screen(dark=True), Screen(width=360, height=740, dark=True)
@@ -146,13 +146,17 @@ class Case(report_pages.Folder):
         self.assertEqual(said, [])
         self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
         check_narrow(self, drawn, screen)
-        return drawn, json.loads(drawn.data)
+        return drawn, data_of(page)
 
     def run_script(self, script):
-        """The value of a script in the page that was opened last; and that page after it."""
-        value, text, said = browser.run(script)
+        """The value of a script in the page that was opened last."""
+        value, said = browser.run(script)
         self.assertEqual(said, [])
-        return value, Page(text)
+        return value
+
+    def page_now(self):
+        """The page that was opened last, as scripts have left it."""
+        return Page(browser.document())
 
     def figures(self, data):
         """By hand: a figure for each unit, one for angles that turn more than twice, none for constants alone."""
@@ -199,7 +203,7 @@ class Colours(Case):
 
     def themes(self):
         """Variables of the style: light, dark."""
-        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "report.css").read_text(), re.S)[:2]
+        light, dark = re.findall(r":root \{(.*?)\}", (self.WEB / "shared_look.css").read_text(), re.S)[:2]
         return [dict(re.findall(r"--(\w+): (#\w{6})", text)) for text in (light, dark)]
 
     def test_contrast_of_words(self):
@@ -219,7 +223,7 @@ class Colours(Case):
         """Pages, plots and the pictures of the gallery and of the first page have the colours of one table, in its order."""
         plot, light = self.folder / "colours.svg", [pair[0] for pair in self.pairs()]
         self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--plot", plot, "--y", "q"))
-        self.assertEqual(self.run_script("return COLOURS;")[0], [list(pair) for pair in self.pairs()])
+        self.assertEqual(self.run_script("return COLOURS;"), [list(pair) for pair in self.pairs()])
         self.assertEqual(re.findall(r'class="curve" stroke="(.*?)"', plot.read_text())[:3], light[:3])
         for name, bodies in (("four_bar", 3), ("andrews", 7), ("jansen_leg", 7)):
             drawn = re.findall(r'stroke="(#\w{6})" stroke-width="6"', (ROOT / f"examples/{name}/{name}.svg").read_text())
@@ -240,8 +244,8 @@ class Colours(Case):
                         self.assertGreaterEqual(apart, 10, (colour, other, eyes))
 
     def test_one_colour_for_a_body_and_its_curves(self):
-        drawn, _ = self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
-        told, drawn = self.run_script("""
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
+        told = self.run_script("""
             const legend = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.style.backgroundColor), own = element("i");
             for (const name of ["q.crank", "qd.coupler", "qdd.rocker"]) own.append(swatchOf(looks.get(name).colour));
             return [legend, [...own.children].map((mark) => mark.style.backgroundColor), looks.get("lambda.C.1").colour];""")
@@ -255,7 +259,7 @@ class Colours(Case):
         page = self.make("simulate", "examples/jansen_walker/jansen_walker.yaml", "--t-end", "0.1")
         for screen in (DESKTOP, FLAT):
             self.open(page, screen)
-            told, _ = self.run_script("""
+            told = self.run_script("""
                 const marks = [...document.querySelectorAll("#names .swatch")].map((mark) => mark.style.backgroundColor + mark.className);
                 const shown = () => [...document.querySelectorAll("#names .swatch")].map((mark) => mark.parentElement).filter((name) => name.getAttribute("aria-pressed") === "true").length;
                 const groups = [...document.querySelectorAll("#names summary")].map((words) => words.textContent), all = () => document.querySelector("#names details button"), counts = [shown()];
@@ -354,7 +358,7 @@ class FlexibleBodies(Case):
                 }
                 return { gap, far };
             });"""
-        (ones, tens), _ = self.run_script(script)
+        ones, tens = self.run_script(script)
         self.assertLess(max(tens["gap"]), 1e-4)
         least = max(abs(p[2]) for p in ones["far"])
         self.assertGreater(least, 1e-3)
@@ -374,7 +378,7 @@ class FlexibleBodies(Case):
                 bent.push(norm(sub(poses[line[7].body[1]].p, scaled(0.5, add(poses[line[0].body[0]].p, poses[line[15].body[1]].p)))));
             }
             return { gap, bent };"""
-        told, _ = self.run_script(script)
+        told = self.run_script(script)
         self.assertLess(max(told["gap"]), 1e-4)
         self.assertGreater(max(told["bent"]), 0.03)
 
@@ -388,7 +392,8 @@ class FlexibleBodies(Case):
             });
             document.querySelectorAll("#names button")[1].click();
             return moved;"""
-        moved, drawn = self.run_script(script)
+        moved = self.run_script(script)
+        drawn = self.page_now()
         self.assertEqual(moved, ["deformation \u00d7 1", "deformation \u00d7 100"])
         self.assertIn("title", [a for tag, a in drawn.tags if tag == "button" and a.get("title", "").startswith("Show link_l;")][0])
 
@@ -409,9 +414,9 @@ class FlexibleBodies(Case):
         page = self.make("simulate", model)
         self.open(page, FLAT)
         on = "const box = byId('by-stress'); box.checked = true; box.dispatchEvent(new Event('change')); return byId('largest-stress').textContent;"
-        told = [self.run_script(on)[0]]
+        told = [self.run_script(on)]
         drawn, data = self.open(page)
-        told.append(self.run_script(on)[0])
+        told.append(self.run_script(on))
         frames, bar, pipe = data["picture"]["frames"]["count"], self.stresses(data, "bar"), self.stresses(data, "pipe")
         most = data["picture"]["flexible"]["stress"]["most"]
 
@@ -488,7 +493,7 @@ class Simulations(Case):
         """One file below 3 MB, with every row of the table: 10 s at 100 rows a second."""
         model = "examples/four_bar/four_bar.yaml"
         page = self.make("simulate", model, "--t-end", "10", "--output-step", "0.01")
-        data = json.loads(Page(page.read_text()).data)
+        data = data_of(page)
         self.assertGreaterEqual(len(data["series"]["columns"]), 11)
         self.assertEqual((data["series"]["rows"], data["series"]["stride"]), (1001, 1))
         self.assertLess(page.stat().st_size, 3_000_000)
@@ -496,7 +501,7 @@ class Simulations(Case):
     def test_numbers_are_those_of_the_table(self):
         model, table = "examples/andrews/andrews.yaml", self.folder / "andrews.csv"
         page = self.make("simulate", model, "-o", table)
-        data = json.loads(Page(page.read_text()).data)
+        data = data_of(page)
         with table.open() as file:
             rows = list(csv.reader(file))
         step, times = 10, numbers(column(data, "t")["values"])
@@ -526,7 +531,7 @@ class Simulations(Case):
         self.assertEqual(facts["energy error"]["limit"], "0.1 %")
         self.assertGreater(float(facts["estimated error"]["value"].split()[0]), float(facts["estimated error"]["limit"].split()[0]))
         self.assertIn("do not trust", drawn.words("because").lower())
-        colours, _ = self.run_script("return ['answer', 'facts'].map((id) => getComputedStyle(byId(id)).color).concat([...document.querySelectorAll('i.beyond')].map((mark) => getComputedStyle(mark).color));")
+        colours = self.run_script("return ['answer', 'facts'].map((id) => getComputedStyle(byId(id)).color).concat([...document.querySelectorAll('i.beyond')].map((mark) => getComputedStyle(mark).color));")
         self.assertEqual([colours[0], *colours[2:]], ["rgb(180, 35, 24)"] * 3)
         page = self.make("simulate", "examples/four_bar/four_bar.yaml", "--t-end", "0.1", "--no-convergence-check")
         drawn, data = self.open(page)
@@ -564,7 +569,7 @@ class Simulations(Case):
 
     def arrows(self, t):
         """At a time: the ends of each joint's arrow in pixels, its dashes, and the pixels of a newton; and the axes of the ground."""
-        told, _ = self.run_script(f"""
+        told = self.run_script(f"""
             stage.seek({t});
             const ends = (path) => path.getAttribute("d").match(/-?[0-9.e-]+/g).slice(0, 4).map(Number), scale = document.querySelector(".gauge .force-scale");
             const axes = [...document.querySelectorAll(".gauge > *")].slice(0, 6).filter((part) => part.tagName !== "text").slice(0, 3);
@@ -604,12 +609,12 @@ class Simulations(Case):
         self.assertTrue(any(row["unique"] == 0 for row in self.reactions("examples/bricard/bricard.yaml")))
 
     def reactions(self, model):
-        data = json.loads(Page(self.make("simulate", model, "--t-end", "0.1").read_text()).data)["reactions"]
+        data = data_of(self.make("simulate", model, "--t-end", "0.1"))["reactions"]
         return [dict(zip(data["columns"], row)) for row in data["rows"]]
 
     def axes_of_view(self, name):
         """The lines of the axes z and y, as x and y of the picture, where the mechanism is seen from a direction."""
-        marks, _ = self.run_script(f"""
+        marks = self.run_script(f"""
             const choice = document.querySelector("#views select");
             choice.value = "{name}";
             choice.dispatchEvent(new Event("change"));
@@ -631,7 +636,7 @@ class Simulations(Case):
         script = """const size = () => byId("view").clientHeight * byId("view").clientWidth, before = size(), larger = [...document.querySelectorAll("#views button")].find((b) => b.textContent === "Larger");
             larger.click();
             return [before, size(), byId("stage").clientWidth / byId("stage").parentElement.clientWidth];"""
-        (before, after, part), _ = self.run_script(script)
+        before, after, part = self.run_script(script)
         self.assertGreater(after, 1.6 * before)
         self.assertGreater(part, 0.99)
 
@@ -640,7 +645,7 @@ class Simulations(Case):
         model, table = "examples/four_bar/four_bar.yaml", str(self.folder / "earlier.csv")
         kempe("simulate", ROOT / model, "--t-end", "0.5", "--set", "crank_mass=2", "-o", table)
         _, data = self.open(self.make("simulate", model, "--t-end", "1", "--against", table, "--angle-unit", "deg"))
-        told, _ = self.run_script("""const set = Object.values(plots).flatMap((plot) => plot.data.datasets).find((set) => set.borderDash && set.column && set.column.name.startsWith("q.rocker of"));
+        told = self.run_script("""const set = Object.values(plots).flatMap((plot) => plot.data.datasets).find((set) => set.borderDash && set.column && set.column.name.startsWith("q.rocker of"));
             return [set.column.name, set.data.map(({ x, y }) => [x, y])];""")
         with open(table) as file:
             rows = list(csv.DictReader(file))
@@ -649,6 +654,40 @@ class Simulations(Case):
         for (t, q), row in zip(told[1], rows):
             self.assertAlmostEqual(t, float(row["t"]), delta=1e-6)
             self.assertAlmostEqual(q, math.degrees(float(row["q.rocker"])), delta=1e-4)
+
+    def test_times_of_an_earlier_run(self):
+        """The first lines of the page name the times that are in both runs, where some are not; two runs that do not meet are refused."""
+        model, table = "examples/four_bar/four_bar.yaml", self.folder / "earlier.csv"
+        kempe("simulate", ROOT / model, "--t-end", "0.5", "-o", table)
+        done = kempe("simulate", ROOT / model, "--t-end", "1", "--against", table, "--report", self.folder / "p.html")
+        told = f"'{table}' has times from 0 to 0.5 s, this run from 0 to 1 s: its dotted curves are drawn from 0 to 0.5 s"
+        self.assertEqual((done.returncode, told in done.stderr), (0, True), done.stderr)
+        self.open(self.folder / "p.html")
+        said, _ = self.run_script("return document.body.innerText.split('\\n').slice(0, 24).join(' ');")
+        self.assertIn("its dotted curves are drawn from 0 to 0.5 s", said.replace("\u2009", " ").replace("\u00a0", " "))
+        done = kempe("simulate", ROOT / model, "--t-end", "0.5", "--against", table, "--report", self.folder / "p.html")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        rows = table.read_text().splitlines()
+        table.write_text("\n".join([rows[0], *("9" + row for row in rows[1:])]) + "\n")  # from 90 s on
+        (self.folder / "q.html").unlink(missing_ok=True)
+        done = kempe("simulate", ROOT / model, "--t-end", "1", "--against", table, "--report", self.folder / "q.html")
+        self.assertEqual((done.returncode, (self.folder / "q.html").exists()), (2, False), done.stderr)
+        self.assertIn("this run from 0 to 1 s: they do not meet, and nothing can be compared", done.stderr)
+        table.write_text("\n".join([rows[0], rows[1].replace("0", "-1", 1), rows[-1].replace("0.5", "9", 1)]) + "\n")  # no row within the run
+        self.open(self.make("simulate", model, "--t-end", "1", "--against", str(table)))
+        drawn, _ = self.run_script("return Object.values(plots).flatMap((plot) => plot.data.datasets).filter((set) => set.borderDash && set.column?.name.includes(' of ')).map((set) => set.data.length);")
+        self.assertEqual(set(drawn), {2})
+
+    def test_scale_in_the_units_of_the_page(self):
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--units", "us"))
+        words, pixels = self.run_script("""const line = [...document.querySelector(".gauge").querySelectorAll("path")].map((one) => /v6h([\\d.]+)v-6$/.exec(one.getAttribute("d"))).find(Boolean);
+            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")[0]
+        self.assertRegex(words, r"^[125]0* in$")
+        self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
+        metric, wide = self.run_script("""const line = [...document.querySelector(".gauge").querySelectorAll("path")].map((one) => /v6h([\\d.]+)v-6$/.exec(one.getAttribute("d"))).find(Boolean);
+            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")[0]
+        metres = float(metric.split()[0]) * (1e-3 if metric.endswith("mm") else 1)
+        self.assertAlmostEqual(float(words.split()[0]) * 0.0254 / pixels, metres / wide, delta=1e-3 * metres / wide)
 
     def test_video(self):
         """The button gives a file of the recording, which a second click ends."""
@@ -665,7 +704,7 @@ class Simulations(Case):
         given, deadline = None, time.monotonic() + 30
         while given is None and time.monotonic() < deadline:
             time.sleep(0.05)
-            given, _ = self.run_script("return window.recording || null;")
+            given = self.run_script("return window.recording || null;")
         self.assertTrue(given[0].startswith("video/webm"), given)
         self.assertGreater(given[1], 5000)
         self.assertEqual(given[2:], [0x1A, 0x45, 0xDF, 0xA3])  # the first element of a Matroska file, RFC 8794
@@ -692,7 +731,7 @@ class Simulations(Case):
         self.open(self.make("simulate", "examples/quarter_car_on_tyre/quarter_car_on_tyre.yaml"))
         told = self.arrows(0.21)
         self.assertTrue({"T.Fz", "wheel"} <= set(told["joints"]))
-        patch, _ = self.run_script("return document.querySelector('.gauge .patch').getAttribute('d').match(/-?[0-9.e-]+/g).map(Number);")
+        patch = self.run_script("return document.querySelector('.gauge .patch').getAttribute('d').match(/-?[0-9.e-]+/g).map(Number);")
         middle = [sum(patch[k::2]) / 4 for k in (0, 1)]
         self.assertLess(math.dist(middle, told["joints"]["T.Fz"]["ends"][:2]), 0.5)
 
@@ -709,7 +748,7 @@ forces: {motor: {joint: a, torque: 4}}
 run: {t_end: 0.02}
 """)
         self.open(self.make("simulate", model))
-        length, _ = self.run_script("""
+        length = self.run_script("""
             const m = makeMechanism(data.picture), poses = m.motion(0.01);
             return m.ropes.map((rope) => ropePoints(rope, poses, m.ropes)).flatMap((list) => list.slice(1).map((p, k) => norm(sub(p, list[k])))).reduce((a, b) => a + b);""")
         lean = math.asin(0.07 / 0.4)
@@ -724,7 +763,7 @@ run: {t_end: 0.02}
         roller, pitch = lines["cylinder"]["radius"], lines["pitch"]["points"]
         for p in lines["curve"]["points"]:
             self.assertAlmostEqual(min(math.dist(p, q) for q in pitch) / roller, 1, delta=0.02)
-        parts, _ = self.run_script("const m = makeMechanism({ ...data.picture }); m.thick = 1e-3; return partsOf(m, 1).map(({ kind }) => kind);")
+        parts = self.run_script("const m = makeMechanism({ ...data.picture }); m.thick = 1e-3; return partsOf(m, 1).map(({ kind }) => kind);")
         self.assertEqual([parts.count("profile"), parts.count("curve")], [1, 2])
 
     def test_many_arrows(self):
@@ -743,20 +782,20 @@ run: {t_end: 0.02}
         model, told = "examples/four_bar/four_bar.yaml", "return [range, wholeRange(), byId('strip').dataset.window, byId('overview').hidden];"
         drawn, data = self.open(self.make("simulate", model, "--t-end", "40"))
         count = int(re.search(r"The last (\d+) periods are shown", drawn.words("curves-note"))[1])
-        (shown, whole, window, hidden), _ = self.run_script(told)
+        shown, whole, window, hidden = self.run_script(told)
         self.assertEqual((shown[1], whole, hidden), (40, [0, 40], False))
         t, q = (numbers(column(data, name)["values"]) for name in ("t", "q.rocker"))
         peaks = [t[k] for k in range(1, len(t) - 1) if t[k] > shown[0] and q[k - 1] < q[k] >= q[k + 1]]
         self.assertLess(abs(len(peaks) - count), 2)
         self.assertAlmostEqual((peaks[-1] - peaks[0]) / (len(peaks) - 1), (40 - shown[0]) / count, delta=0.02)
-        (moved, *_), _ = self.run_script("""
+        moved, *_ = self.run_script("""
             const strip = byId("strip"), box = strip.getBoundingClientRect();
             strip.setPointerCapture = () => {};
             for (const [kind, part] of [["pointerdown", 0.25], ["pointerup", 0.5]]) strip.dispatchEvent(new PointerEvent(kind, { clientX: box.left + part * box.width }));
             """ + told)
         for found, wanted in zip(moved, (10, 20)):
             self.assertAlmostEqual(found, wanted, delta=0.05)
-        (all_of_it, _, _, hidden), _ = self.run_script("byId('whole').click();" + told)
+        all_of_it, _, _, hidden = self.run_script("byId('whole').click();" + told)
         self.assertEqual((all_of_it, hidden), ([0, 40], True))
         drawn, _ = self.open(self.make("simulate", model, "--t-end", "4"))
         self.assertNotIn("periods", drawn.words("curves-note"))
@@ -768,7 +807,7 @@ run: {t_end: 0.02}
             with self.subTest(model):
                 _, data = self.open(self.make("simulate", model, "--t-end", "0.5"))
                 self.assertLessEqual(kinds, {surface["kind"] for surface in data["picture"]["surfaces"]})
-                told, _ = self.run_script("""
+                told = self.run_script("""
                     const m = makeMechanism(data.picture);
                     return [m.surfaces.map(({ kind, points }) => [kind, points ? points.length : 0]), m.discs.length, ink(byId("view"))];""")
                 for kind, count in told[0]:
@@ -806,7 +845,7 @@ run: {t_end: 0.02}
 
     def check_choice(self, data):
         """Another output, a range and a place are taken over by curves, table and animation."""
-        told, drawn = self.run_script("""
+        told = self.run_script("""
             byId("choice").open = true;
             listChoices();
             document.querySelector("[data-column='energy.kinetic']").click();
@@ -814,6 +853,7 @@ run: {t_end: 0.02}
             stage.seek(1.5);
             const { min, max } = plots["plot-0"].scales.x;
             return [byId("clock").textContent, min, max, document.querySelector("#extremes [data-column='q.crank']").textContent];""")
+        drawn = self.page_now()
         self.assertIn("energy.kinetic", drawn.words("extremes"))
         self.assertEqual(told[:3], ["1.500 s", 1, 2])
         crank = numbers(column(data, "q.crank")["values"])
@@ -835,10 +875,11 @@ run: {t_end: 0.02}
 
     def check_names(self, bodies, joint):
         """A body is switched off and on, bodies and a joint tell their names to the pointer, and the scale is that of the picture."""
-        (over, off, on), drawn = self.run_script(self.POINTER + f"""
+        over, off, on = self.run_script(self.POINTER + f"""
             const names = () => [...document.querySelectorAll("#names button")], over = found({[*(f"^{name}$" for name in bodies), joint]}, 60);
             const switched = () => {{ names()[1].click(); return [ink(view) / all, names()[1].getAttribute("aria-pressed")]; }};
             return [over, switched(), switched()];""")
+        drawn = self.page_now()
         self.assertLess(off[0], 1)
         self.assertEqual((off[1], on), ("false", [1, "true"]))
         for name in bodies:
@@ -863,7 +904,7 @@ run: {t_end: 0.02}
         for screen in (DESKTOP, FLAT, DARK_TELEPHONE):
             with self.subTest(screen):
                 self.open(page, screen)
-                (over, solids, left), _ = self.run_script(self.POINTER + """
+                over, solids, left = self.run_script(self.POINTER + """
                     const over = found(["^ground$", "^arm$", "^rod$"], 20), solids = data.picture.bodies.map((body) => body.solids.map((solid) => solid.kind).join()).join("|");
                     byId("names").children[0].click();
                     return [over, solids, ink(view) / all];""")
@@ -899,7 +940,7 @@ run: {t_end: 0.02}
         model = self.folder / "cylinder.yaml"
         model.write_text(CYLINDER)
         _, data = self.open(self.make("simulate", model))
-        told, _ = self.run_script("""
+        told = self.run_script("""
             const m = makeMechanism(data.picture), [barrel] = m.barrels, rod = m.lines[m.lines.length - 1];
             return [m.barrels.length, m.guides.length, barrel.ends[0], rod.body, norm(sub(rod.at[0], barrel.ends[0])) < norm(sub(...barrel.ends))];""")
         self.assertEqual(told, [1, 1, [0, 0, 0], [2, 3], True])
@@ -935,8 +976,8 @@ run: {t_end: 0.02}
         text = text.replace("    course:", "    irregularities: {spectrum: low, seed: 3, to: 200}\n    course:")
         model = self.folder / "curving.yaml"
         model.write_text(text.replace("outputs: [q, qd,", "outputs: [acceleration(wagon.front), q, qd,"))
-        page = Page(self.make("simulate", model, "--t-end", "5", "--no-convergence-check", "--json", self.folder / "run.json").read_text())
-        data, safety = json.loads(page.data), json.loads((self.folder / "run.json").read_text())["running_safety"]
+        page = self.make("simulate", model, "--t-end", "5", "--no-convergence-check", "--json", self.folder / "run.json")
+        data, safety = data_of(page), json.loads((self.folder / "run.json").read_text())["running_safety"]
         vehicle = data["vehicle"]
         self.assertEqual(data["running_safety"], safety)
         self.assertEqual([len(vehicle[key]) for key in ("wheels", "axles")], [len(safety[key]) for key in ("wheels", "axles")])
@@ -981,7 +1022,7 @@ class Studies(Case):
                 else:
                     self.assertIn(data["model"], drawn.words("text"))
                 if command == "equilibrium":  # which are shown one by one
-                    self.assertEqual(self.run_script("stage.seek(2); return byId('clock').textContent;")[0], "2 of 4")
+                    self.assertEqual(self.run_script("stage.seek(2); return byId('clock').textContent;"), "2 of 4")
 
     def test_friction_that_does_not_hold(self):
         """A state that needs more friction than there is."""
@@ -993,7 +1034,7 @@ class Studies(Case):
     def test_joined_cycles(self):
         """Lines of a diagram: one branch, dashed up to the fold and beyond it solid."""
         model, options, *_ = STUDIES["cycles"]
-        data = json.loads(Page(self.make("cycles", model, *options).read_text()).data)
+        data = data_of(self.make("cycles", model, *options))
         joins, amplitude = data["series"]["joins"], column(data, "state.x.amplitude")["values"]
         self.assertEqual((joins[0], len(joins)), (0, data["series"]["rows"]))
         self.assertEqual(sorted(set(joins[1:])), [1, 2])
@@ -1001,7 +1042,7 @@ class Studies(Case):
 
     def test_largest_torque(self):
         model, *_ = STUDIES["inverse"]
-        data = json.loads(Page(self.make("inverse", model).read_text()).data)
+        data = data_of(self.make("inverse", model))
         torque, power = ([abs(x) for x in column(data, f"{word}.crank")["summary"][:4:2]] for word in ("tau", "power"))
         self.assertEqual([fact["name"] for fact in data["facts"]], ["largest force or torque, crank", "largest power, crank"])
         for fact, most in zip(data["facts"], (torque, power)):
@@ -1010,7 +1051,7 @@ class Studies(Case):
     def test_a_peak_is_that_of_the_table(self):
         table = self.folder / "response.csv"
         model, options, first, *_ = STUDIES["response"]
-        data = json.loads(Page(self.make("response", model, *options, "-o", table).read_text()).data)
+        data = data_of(self.make("response", model, *options, "-o", table))
         with table.open() as file:
             rows = list(csv.reader(file))
         amplitude, frequency = max((float(row[1]), float(row[0])) for row in rows[1:])

@@ -14,20 +14,16 @@ import math
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-import browser
-from workbench_tab import DRAWN, Page
+from workbench_tab import DRAWN, Bench, reason_to_skip
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 KEMPE = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else ROOT / "build/dev/kempe"
 SKIPPED = 77
-SERVER_MISSING = "microhttpd"
 
 # Beyond the workbench's own text: comments and keys that it does not know stay as they are.
 PENDULUM = """# A lamp, drawn by hand.
@@ -59,32 +55,8 @@ def place_of(text, at, more):
     return json.dumps({"line": text[:at].count("\n"), "ch": at - text.rfind("\n", 0, at) - 1 + more})
 
 
-class Workbench(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.page = Page()
-        cls.folder = pathlib.Path(tempfile.mkdtemp())
-        cls.file = cls.folder / "machine.yaml"
-        cls.file.write_text("")
-        cls.server = subprocess.Popen([KEMPE, "workbench", cls.file, "--no-browser"], stdout=subprocess.PIPE, text=True)
-        cls.address = cls.server.stdout.readline().strip()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.end()
-        cls.server.terminate()
-        cls.server.communicate()
-        shutil.rmtree(cls.folder)
-
-    def start(self, text, width=1440, height=900, dark=False, link=""):
-        self.file.write_text(text)
-        self.page.screen(width, height, dark)
-        self.page.open(self.address + link)
-        return self.page
-
-    def tearDown(self):
-        self.page.value("bench.saved = bench.text")  # a page with unsaved text asks before it is left
-        self.assertEqual(self.page.complaints(), [])
+class Workbench(Bench):
+    KEMPE = KEMPE
 
     # -- drawing ------------------------------------------------------------------------------------------------
 
@@ -350,7 +322,7 @@ class Workbench(unittest.TestCase):
     @whole
     def test_a_link_contains_the_model(self):
         page = self.start(DRAWN)
-        link = page.value("linkOf(bench.text)")
+        link = page.value("linkOfModel()")
         self.assertRegex(link, r"^#model=[\w-]+$")
         page.value("shareModel().then(() => 1)")
         self.assertEqual(page.value("document.documentElement.dataset.shared"), link)  # without the token of the address
@@ -379,21 +351,8 @@ class Workbench(unittest.TestCase):
                     pathlib.Path(f"workbench_{width}_{'dark' if dark else 'light'}.png").write_bytes(base64.b64decode(shot))
 
 
-def may_run():
-    if not browser.CHROMIUM:
-        return "Chromium is not installed"
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "m.yaml"
-        path.write_text(DRAWN)
-        with subprocess.Popen([KEMPE, "workbench", path, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
-            address = server.stdout.readline().strip()
-            server.terminate()
-            told = "" if address else server.stderr.read().strip()
-    return told if SERVER_MISSING in told else None
-
-
 if __name__ == "__main__":
-    reason = may_run()
+    reason = reason_to_skip(KEMPE)
     if reason:
         print(f"skipped: {reason}")
         sys.exit(SKIPPED)

@@ -113,8 +113,44 @@ class Workbench(Served):
         status, body = self.ask("file", {"text": "mine é\n", "version": second[0]["version"]}, "PUT")
         self.assertEqual((status, self.model.read_text()), (200, "mine é\n"))
         self.assertEqual(json.loads(self.ask("file")[1])["version"], json.loads(body)["version"])
+
+    def test_a_file_that_was_removed(self):
+        """It can be saved again by a page that has its last version; one that is there again, even the same, is another version."""
+        first = json.loads(self.ask("file")[1])
         self.model.unlink()
         self.assertEqual(self.ask("file")[0], 404)
+        status, body = self.ask(f"file?after={first['version']}")
+        self.assertEqual(status, 404)
+        self.assertIn(b"cannot read", body)
+        self.assertEqual(self.ask("file", {"text": "lost", "version": first["version"] + 1}, "PUT")[0] // 100, 5)
+        self.assertFalse(self.model.exists())
+        status, body = self.ask("file", {"text": FOUR_BAR, "version": first["version"]}, "PUT")
+        self.assertEqual((status, self.model.read_text()), (200, FOUR_BAR), body)
+        second = json.loads(self.ask("file")[1])
+        self.assertGreater(second["version"], first["version"])
+        kept = self.model.rename(self.within / "kept.yaml")
+        self.assertEqual(self.ask("file")[0], 404)
+        kept.rename(self.model)
+        third = json.loads(self.ask(f"file?after={second['version']}")[1])
+        self.assertEqual(third["text"], FOUR_BAR)
+        self.model.unlink()
+        self.within.rename(self.folder / "moved")  # another folder in its place, outside of what is served
+        beyond = self.folder / "beyond"
+        beyond.mkdir()
+        self.within.symlink_to(beyond)
+        self.assertEqual(self.ask("file", {"text": "x", "version": third["version"]}, "PUT")[0], 500)
+        self.assertEqual(list(beyond.iterdir()), [])
+
+    def test_characters_that_no_text_has(self):
+        """Half of a surrogate pair would become another character: it is refused, and nothing is written or computed."""
+        for half in (r"\ud800", r"\udfff", r"\ud83d \ude00", r"\ud83d\u0041", r"\u0000"):
+            for name, body in (("file", f'{{"text": "a{half}", "version": 1}}'), ("command", f'{{"words": ["check", "four_bar.yaml"], "files": {{"four_bar.yaml": "a{half}"}}}}'),
+                               ("drag", f'{{"session": null, "text": "a{half}", "q": null, "body": null}}')):
+                status, told = self.ask(name, body.encode(), "PUT" if name == "file" else "POST")
+                self.assertEqual((status, b"half of a surrogate pair" in told), (400, True), (half, name, told))
+        self.assertEqual(self.model.read_text(), FOUR_BAR)
+        self.assertEqual(self.ask("file", rb'{"text": "a\ud83d\ude00", "version": 1}', "PUT")[0], 200)
+        self.assertEqual(self.model.read_text(), "a\U0001F600")
 
     def test_commands(self):
         done = self.command("simulate", "four_bar.yaml", "--t-end", "0.2", "--json", "/out/result.json", "--output", "/out/table.npz")

@@ -26,6 +26,30 @@ sys.path.append(str(ROOT / "docs"))
 import site_workbench  # noqa: E402
 
 MODULE = None
+LINK = """kempe: 1
+parameters: {l: 0.5}
+bodies:
+  link:
+    mass: 2*l
+    joint: {revolute: z, at: ground}
+    com: [l/2, 0, 0]
+    inertia: {zz: l^3/6}
+    points: {end: [l, 0, 0]}
+"""
+DOUBLE = """kempe: 1
+gravity: [0, -9.81, 0]
+include:
+  - {file: link.yaml, prefix: upper_}
+  - {file: link.yaml, prefix: lower_, at: upper_link.end}
+run: {t_end: 0.2}
+"""
+TABLE = """kempe: 1
+tables:
+  pull: {csv: data/pull.csv, x: t, y: m, method: linear}
+bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}}
+forces: {push: {joint: A, torque: pull(t)}}
+run: {t_end: 0.5}
+"""
 FOUR_BAR = (ROOT / "examples/four_bar/four_bar.yaml").read_text()
 
 
@@ -50,7 +74,7 @@ class SitePage(unittest.TestCase):
         return self.page
 
     def tearDown(self):
-        self.page.value("bench.saved = bench.text")  # a page with unsaved text asks before it is left
+        self.page.value("bench.saved = bench.text, bench.others.forEach((file) => (file.saved = file.text))")  # a page with unsaved text asks before it is left
         self.assertEqual(self.page.complaints(), [])
 
     def test_runs_the_four_bar(self):
@@ -83,9 +107,56 @@ class SitePage(unittest.TestCase):
         page.checked(lambda: page.press("#undo"))
         self.assertEqual(page.text("#messages"), "")
 
-    def test_another_file_is_refused_by_its_name(self):
+    def take(self, files):
+        """Files as the user opens them, by their names without folders."""
+        self.page.checked(lambda: self.page.value(f"takeFiles(Object.entries({json.dumps(files)}).map(([name, text]) => new File([text], name))).then(() => 1)"))
+
+    def test_a_missing_file_is_named(self):
         page = self.start("kempe: 1\nname: car\ninclude:\n  - file: wheel.yaml\n")
         self.assertRegex(page.text("#messages"), r"line 4:\d+: .*wheel\.yaml")
+        self.assertIn("Open wheel.yaml with Files", page.text("#messages"))
+
+    def test_several_files(self):
+        page = self.start()
+        self.take({"link.yaml": LINK, "double.yaml": DOUBLE})
+        self.assertEqual((page.model(), page.text("#messages")), (DOUBLE, ""))
+        self.assertRegex(page.text("#model-files"), r"link\.yaml")
+        page.run("motion")
+        self.assertEqual(page.text("#verdict"), "✓ Complete: 0 to 0.2 s")
+        start = page.place(page.value("modelPlaces(bench.model).find(({ body, point }) => body === 'lower_link' && point === 'end').world"))
+        page.pull(start, [start[0] - 20, start[1] + 30])
+        page.until("byId('view').dataset.closure")
+        page.mouse("mouseReleased", [start[0] - 20, start[1] + 30])
+        page.until("byId('keep-start')")
+        page.value("[...document.querySelectorAll('#model-files button')].find((one) => one.textContent === 'link.yaml').id = 'that-file'")
+        page.press("#that-file")
+        self.assertEqual(page.model(), LINK)
+        page.checked(lambda: page.value("modelEditor.setValue(modelEditor.getValue().replace('mass:', 'mas:'))"))
+        self.assertRegex(page.text("#messages"), r"link\.yaml, line 5:\d+: .*mas")
+        self.assertEqual(page.value("document.querySelectorAll('.CodeMirror-lint-marker-error').length"), 1)
+        page.checked(lambda: page.press("#undo"))
+        self.assertEqual((page.model(), page.text("#messages")), (LINK, ""))
+        page.value("shareModel()")
+        page.until("document.documentElement.dataset.shared")
+        address = page.value("document.documentElement.dataset.shared")
+        self.assertIn("#files=", address)
+        page.value("Object.assign(bench, { saved: bench.text }), bench.others.forEach((file) => (file.saved = file.text))")
+        page.open(address)
+        self.assertEqual((page.model(), page.text("#messages")), (DOUBLE, ""))
+        page.checked(lambda: page.press("#model-files .away"))
+        self.assertIn("link.yaml", page.text("#messages"))
+        page.checked(lambda: page.press("#notice button"))
+        self.assertEqual(page.text("#messages"), "")
+
+    def test_a_table_in_a_folder(self):
+        """A file is held by the name that the model has for it, folders included."""
+        page = self.start(TABLE)
+        self.assertIn("pull.csv", page.text("#messages"))
+        self.take({"pull.csv": "t,m\n0,0\n1,5\n"})
+        self.assertEqual((page.text("#messages"), page.value("[...bench.others.keys()]")), ("", ["data/pull.csv"]))
+        self.assertEqual(page.model(), TABLE)
+        page.run("motion")
+        self.assertEqual(page.text("#verdict"), "✓ Complete: 0 to 0.5 s")
 
     def test_the_mouse_adds_a_bar(self):
         page = self.start("")

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tab of Chromium with the page of the workbench, a mouse, a finger and a keyboard; and the four-bar that its tests draw."""
+"""A tab of Chromium with the page of the workbench, a mouse, a finger and a keyboard; a workbench that it opens; and the four-bar that its
+tests draw."""
 import json
 import pathlib
 import shutil
+import subprocess
 import tempfile
 import time
+import unittest
 
 import browser
 
@@ -123,6 +126,14 @@ class Page:
         self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": place[0], "y": place[1]}])
         self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
+    def fingers(self, *paths, steps=6):
+        """Fingers that go along lines at the same time, each from a place to another one."""
+        at = lambda part: [{"x": a[0] + part * (b[0] - a[0]), "y": a[1] + part * (b[1] - a[1]), "id": k} for k, (a, b) in enumerate(paths)]
+        self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=at(0))
+        for k in range(1, steps + 1):
+            self.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=at(k / steps))
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
     def middle(self, selector):
         return self.value(f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.scrollIntoView({{block: 'nearest'}}); const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; }})()")
 
@@ -136,6 +147,22 @@ class Page:
     def type_key(self, key, code=0, modifiers=0, text=""):
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, modifiers=modifiers, **({"text": text} if text and kind == "keyDown" else {}))
+
+    def letter(self, letter):
+        self.type_key(letter, ord(letter.upper()), text=letter)
+
+    def cross_to(self, point):
+        """Moves the cross of a tool by the arrow keys to a point of the ground."""
+        box = self.value("(() => { const b = byId('view').getBoundingClientRect(); return [b.left, b.top]; })()")
+        target = [a - b for a, b in zip(self.place(point), box)]
+        for _ in range(200):
+            cross, step = self.value("[drawing.cross || [byId('view').clientWidth / 2, byId('view').clientHeight / 2], Math.max(gridStep() * frameNow().scale, 4)]")
+            away = [b - a for a, b in zip(cross, target)]
+            k = max((0, 1), key=lambda i: abs(away[i]))
+            if abs(away[k]) <= 0.5 * step + 0.5:
+                return
+            self.type_key((("ArrowLeft", "ArrowRight"), ("ArrowUp", "ArrowDown"))[k][away[k] > 0], modifiers=8 if abs(away[k]) > 6 * step else 0)
+        raise AssertionError(f"the cross does not come to {point}: {away}")
 
     def write(self, text):
         self.call("Input.insertText", text=text)
@@ -154,3 +181,50 @@ class Page:
                 return found[0].read_bytes()
             time.sleep(0.05)
         raise AssertionError(f"no file *{ending}: {self.text('#hint')}")
+
+
+class Bench(unittest.TestCase):
+    """A workbench on a file of its own, opened in a tab."""
+    KEMPE = None
+    expected = ()  # complaints of the browser that belong to a test
+    NAME = "machine.yaml"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.page = Page()
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.file = cls.folder / cls.NAME
+        cls.file.write_text("")
+        cls.server = subprocess.Popen([cls.KEMPE, "workbench", cls.file, "--no-browser"], stdout=subprocess.PIPE, text=True)
+        cls.address = cls.server.stdout.readline().strip()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.page.end()
+        cls.server.terminate()
+        cls.server.communicate()
+        shutil.rmtree(cls.folder)
+
+    def start(self, text, width=1440, height=900, dark=False, link=""):
+        self.file.write_text(text)
+        self.page.screen(width, height, dark)
+        self.page.open(self.address + link)
+        return self.page
+
+    def tearDown(self):
+        self.page.value("Object.assign(bench, { saved: bench.text, removed: false })")  # a page with unsaved text asks before it is left
+        self.assertEqual([line for line in self.page.complaints() if line not in self.expected], [])
+
+
+def reason_to_skip(kempe):
+    """Chromium, or the library that serves the page, is not installed; None: both are."""
+    if not browser.CHROMIUM:
+        return "Chromium is not installed"
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "m.yaml"
+        path.write_text(DRAWN)
+        with subprocess.Popen([kempe, "workbench", path, "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+            address = server.stdout.readline().strip()
+            server.terminate()
+            told = "" if address else server.stderr.read().strip()
+    return told if "microhttpd" in told else None

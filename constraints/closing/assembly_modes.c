@@ -118,16 +118,16 @@ static bool choose_kept(search *s)
     return free >= 0;
 }
 
-/* Chooses rows and v for the signs, with the kept coordinates in u if these can be independent. */
-static void choose_blocks(search *s)
+/* Chooses rows and v for the signs by the entries of J, with the kept coordinates in u if these can be independent. */
+static void choose_blocks(search *s, const double *jacobian)
 {
     const kempe_system *system = s->b->system;
     int count = 0;
     for (int k = 0; k < system->n; k++)
         if (s->b->kept[k])
             s->order[count++] = k;
-    if (count == 0 || kmp_partition_init(&s->part, system, s->walk->eval->jacobian, s->order, count) != KEMPE_OK)
-        (void)kmp_partition_init(&s->part, system, s->walk->eval->jacobian, NULL, 0);
+    if (count == 0 || kmp_partition_init(&s->part, system, jacobian, s->order, count) != KEMPE_OK)
+        (void)kmp_partition_init(&s->part, system, jacobian, NULL, 0);
     s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->eval, &s->part, &s->b->arena, &s->blocks) : 0;
     kmp_context_clear(system->context);
 }
@@ -211,7 +211,7 @@ static kempe_status search_branches(kempe_branches *b, int seed)
     kempe_status status = KEMPE_E_MEMORY;
     bool made = s.walk && !b->arena.failed && choose_kept(&s);
     if (made) {
-        choose_blocks(&s);
+        choose_blocks(&s, s.walk->eval->jacobian);
         kmp_charts_reset(b->system, s.walk->eval->chart);
         kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
         status = b->arena.failed ? KEMPE_E_MEMORY : assemble_sample(&s, seed);
@@ -249,10 +249,11 @@ struct kmp_mode_watch {
     char *sign;     /* of each block at the last state where it was known */
 };
 
-kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q)
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q, const bool *released)
 {
-    bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
-    int n = system->n, m = system->m, count = 0, at = 0;
+    bool possible = (!system->rheonomic || released) && system->chart_count == 0 && system->n <= MOST_WATCHED;
+    int n = system->n, m = system->m, entries = system->jacobian.count, count = 0, at = 0;
+    double *held = NULL; /* the entries of J, zero in the rows that are released */
     kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
     if (!w)
         return NULL;
@@ -261,13 +262,17 @@ kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept,
     bool fits = w->s.walk &&
                 KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, n, &w->b.kept), KMP_ROOM(bool, m *n, &w->occurs),
                                KMP_ROOM(double, n *n, &w->s.matrix), KMP_ROOM(double, m *n, &w->rest),
-                               KMP_ROOM(int, n, &w->s.order, &w->level, &w->rows), KMP_ROOM(int, m, &w->candidate));
+                               KMP_ROOM(double, entries, &held), KMP_ROOM(int, n, &w->s.order, &w->level, &w->rows),
+                               KMP_ROOM(int, m, &w->candidate));
     if (fits) {
         /* The signs with the kept coordinates independent, if these determine the others. */
         for (int k = 0; k < n; k++)
             count += w->b.kept[k] = kept[k];
+        w->s.walk->excluded = released;
         kmp_walk_evaluate(w->s.walk, q);
-        choose_blocks(&w->s);
+        for (int e = 0; e < entries; e++)
+            held[e] = released && released[system->jacobian.row[e]] ? 0 : w->s.walk->eval->jacobian[e];
+        choose_blocks(&w->s, held);
         fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
     }
     for (int k = 0; fits && k < count; k++)

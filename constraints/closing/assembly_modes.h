@@ -55,10 +55,11 @@ struct kempe_branches {
 };
 
 /** Changes of the assembly mode along a motion: the sign of det Jv, block by block, with the coordinates `kept` (n)
- * independent. q (n): a state at which the blocks are chosen. NULL: they do not determine the others, the closures
- * depend on time, joints have charts, the mechanism is large, or there is no memory. */
+ * independent. q (n): a state at which the blocks are chosen. `released` (m): rows that do not hold, of states at
+ * t = 0; NULL: all hold at any time. NULL: the kept coordinates do not determine the others, the closures depend on
+ * time and none are released, joints have charts, the mechanism is large, or there is no memory. */
 typedef struct kmp_mode_watch kmp_mode_watch;
-kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q);
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q, const bool *released);
 void kmp_mode_watch_free(kmp_mode_watch *watch);
 
 /** The next state (n). The block of coordinates whose sign has changed since the last state where both were certain,

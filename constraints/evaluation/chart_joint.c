@@ -10,6 +10,7 @@
 #include "constraints/evaluation/chart_joint.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
+#include "linalg/dense/rotations.h"
 #include "linalg/dense/three.h"
 #include <math.h>
 #include <string.h>
@@ -38,19 +39,6 @@ static void apply(matrix m, bool transposed, const double v[3], double out[3])
     double r[3];
     for (int i = 0; i < 3; i++)
         r[i] = transposed ? m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2] : kmp_dot3(m[i], v);
-    memcpy(out, r, sizeof r);
-}
-
-/* out = a b */
-static void multiply(matrix a, matrix b, matrix out)
-{
-    matrix r;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            r[i][j] = 0;
-            for (int k = 0; k < 3; k++)
-                r[i][j] += a[i][k] * b[k][j];
-        }
     memcpy(out, r, sizeof r);
 }
 
@@ -180,10 +168,10 @@ static void whole(const kmp_chart_joint *j, const double *c, const double *q, co
     rotation(j, q + j->first, r);
     *s = spin_of(j, q + j->first, qd ? qd + j->first : NULL, qdd ? qdd + j->first : NULL);
     if (!j->before) {
-        multiply(r, chart, r);
+        kmp_product3(r, false, chart, r);
         return;
     }
-    multiply(chart, r, r);
+    kmp_product3(chart, false, r, r);
     apply(chart, false, s->w, s->w);
     apply(chart, false, s->wd, s->wd);
 }
@@ -269,9 +257,9 @@ KMP_LOCAL void kmp_chart_joint_center(const kmp_chart_joint *j, double *chart, d
         for (int k = 0; k < 3; k++)
             inverse[i][k] = r[k][i];
     if (j->before)
-        multiply(total, inverse, own);
+        kmp_product3(total, false, inverse, own);
     else
-        multiply(inverse, total, own);
+        kmp_product3(inverse, false, total, own);
     clean(own);
     memcpy(chart, own, sizeof own);
     memcpy(q + j->first, center, sizeof center);

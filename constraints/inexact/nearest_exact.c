@@ -277,13 +277,6 @@ static void contract(const search *x, double *out)
     }
 }
 
-/* Nodes that are the same for all q have their values from now on. */
-static void keep_constants(const kmp_graph *g, uint8_t *live)
-{
-    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
-        live[id] = live[id] && kmp_graph_node(g, id)->depends & 1u << KMP_IN_Q;
-}
-
 /* Adds scaled h of the model at all places, times the factor `times`, to x->h. */
 static kempe_status add_closures(search *x, double times)
 {
@@ -307,8 +300,9 @@ static kempe_status add_closures(search *x, double times)
                                               [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
                                               [KMP_IN_CHART] = x->walk->eval->chart};
         kmp_graph_eval_live(eq.graph, inputs, live, value);
-        if (k == 0)
-            keep_constants(eq.graph, live);
+        /* Nodes that are the same for all q have their values from now on. */
+        for (uint32_t id = 0; k == 0 && id < kmp_graph_count(eq.graph); id++)
+            live[id] = live[id] && kmp_graph_node(eq.graph, id)->depends & 1u << KMP_IN_Q;
         for (int r = 0; r < m; r++) {
             int row = eq.closures.first[KMP_CLOSURE_ROWS * s->rows[r].closure + s->rows[r].component];
             kmp_ref h = row < 0 || x->excluded[r] ? KMP_ZERO : eq.closures.h[row];

@@ -521,7 +521,7 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
     return KEMPE_OK;
 }
 
-static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
+void kmp_workspace_put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
 {
     memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
     if (lambda)
@@ -555,12 +555,12 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kmp_workspace_require_decisions(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
-        put_answer(ws, qdd, lambda);
+        kmp_workspace_put_answer(ws, qdd, lambda);
         return KEMPE_OK;
     }
     bool reduced;
     KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &reduced));
-    put_answer(ws, qdd, lambda);
+    kmp_workspace_put_answer(ws, qdd, lambda);
     return KEMPE_OK;
 }
 
@@ -748,7 +748,7 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
     if (!in->out) {
         bool reduced;
         KMP_TRY(kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
-        put_answer(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+        kmp_workspace_put_answer(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
         return KEMPE_OK;
     }
     /* Writes the rows of a state from the evaluator. */

@@ -114,6 +114,9 @@ kempe_status kmp_workspace_solve(kempe_workspace *ws, double t, const double *q,
 /** The same from the evaluator's M, C, h, J and jdqd. */
 kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced);
 
+/** The accelerations of the last answer, and its multipliers (NULL: not wanted). */
+void kmp_workspace_put_answer(const kempe_workspace *ws, double *qdd, double *lambda);
+
 /** Decides whether groups of KMP_STAGE_LANES states run in lanes, which are made once enough states have been seen; a
  * call is for `count` states. */
 bool kmp_workspace_by_lanes(kempe_workspace *ws, int count);

@@ -352,8 +352,9 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
 KEMPE_API kempe_status kempe_trajectory_write_report(const kempe_trajectory *trajectory, const char *path);
 
 /** The same page, with dotted curves of an earlier run behind the curves of this one: columns of `earlier` over its
- * column t that have names of this run's outputs (kempe_trajectory_table, kempe_table_read). KEMPE_E_ARGUMENT: it has
- * no t, no such column, no rows, or a column in a unit of another dimension. */
+ * column t that have names of this run's outputs (kempe_trajectory_table, kempe_table_read). KEMPE_E_INPUT: it has no
+ * t, no such column, no rows, no time of this run, or a column in a unit of another dimension. A warning says where
+ * only a part of the times is in both. */
 KEMPE_API kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory,
                                                              const kempe_table *earlier, const char *path);
 

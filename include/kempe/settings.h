@@ -45,7 +45,7 @@ KEMPE_API kempe_status kempe_context_set_text(kempe_context *context, const char
 /** Files of models, their meshes and tables are read from now on only in this folder and its folders, links followed:
  * for programs that read models of others. No pipe is read then: it would be waited for. Texts that are given, and what
  * Kempe keeps in its cache, are read in any case. NULL: everywhere (initially). A file beyond it is KEMPE_E_IO.
- * KEMPE_E_IO: there is no such folder. */
+ * KEMPE_E_IO: the folder does not exist. */
 KEMPE_API kempe_status kempe_context_set_folder(kempe_context *context, const char *folder);
 
 /** Makes limits of joints in files in other formats stops of their coordinates, without rebound (1), or leaves them out

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Counted cycles of an evaluation: linear in its operations, with constants that were fitted once. Choices by cost
- * thereby depend only on the model, never on the machine or its load. */
+ * thereby depend only on the model and on whether machine code runs here, never on the speed of the machine or its
+ * load. */
 #include "integrators/formulations/cost_model.h"
 #include "backend/encoders.h"
 #include "constraints/evaluation/stage_lanes.h"

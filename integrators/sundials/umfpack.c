@@ -2,12 +2,9 @@
 /* Hides UMFPACK (Davis, ACM TOMS 30 (2004) 196): one symbolic analysis, one numeric factorisation per setup, and solves
  * without iterative refinement in a separate workspace. Its libraries are loaded at its first use: they would
  * be a third of the time that every process takes to begin. */
+#include "base/loaded_library.h"
 #include "integrators/sundials/linear.h"
-#include "platform/platform.h"
 
-#include <pthread.h>
-#include <stdbool.h>
-#include <stdio.h>
 #include <string.h>
 #include <umfpack.h>
 
@@ -17,30 +14,19 @@ _Static_assert(sizeof(SuiteSparse_long) == sizeof(sunindextype), "SuiteSparse an
     ONE(defaults) ONE(symbolic) ONE(numeric) ONE(wsolve) ONE(free_symbolic) ONE(free_numeric) ONE(get_lunz)
 
 /* The library's functions by their names without umfpack_dl_. */
-static struct library {
+static struct functions {
 #define ONE(name) __typeof__(&umfpack_dl_##name) name;
     FUNCTIONS(ONE)
 #undef ONE
-    char missing[200]; /* why it is not there; "": it is */
 } library;
-
-static void load(void)
-{
-    void *handle = kmp_library_open(KEMPE_UMFPACK_LIBRARY);
-    bool found = handle;
-#define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? kmp_library_find(handle, "umfpack_dl_" #name) : NULL;                            \
-    found = library.name;
-    FUNCTIONS(ONE)
-#undef ONE
-    (void)snprintf(library.missing, sizeof library.missing, "%s", found ? "" : kmp_library_reason());
-}
 
 static const char *missing(void)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    (void)pthread_once(&once, load);
-    return *library.missing ? library.missing : NULL;
+#define ONE(name) "umfpack_dl_" #name,
+    static const char *const names[] = {FUNCTIONS(ONE)};
+#undef ONE
+    static kmp_loaded_library loaded = KMP_LOADED_LIBRARY(KEMPE_UMFPACK_LIBRARY, names, &library);
+    return kmp_library_missing(&loaded);
 }
 
 typedef struct umfpack {

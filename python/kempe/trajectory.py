@@ -49,8 +49,9 @@ class Trajectory(Judged, Reported):
         """Writes the page as one file of HTML. `against`: a table of an earlier run, `run.rows` or `Table.read`, whose
         dotted curves are behind the curves of this one.
 
-        Raises FileError if the file cannot be written. Raises ArgumentError if the run was read from it, or if `against` has no column t or
-        no column of an output of this run. Raises TypeError if it is not a table."""
+        Warns where only a part of the times is in both runs. Raises FileError if the file cannot be written. Raises ArgumentError if the run
+        was read from it. Raises InputError if `against` has no column t, no column of an output of this run, or no time of this run. Raises
+        TypeError if it is not a table."""
         if against is None:
             return super().write_report(path)
         if not isinstance(against, Table):

@@ -263,13 +263,16 @@ def test_table(four_bar, tmp_path):
     assert list(earlier) == list(rows) and np.array_equal(earlier["qd.crank"], rows["qd.crank"])
     run.write_report(tmp_path / "both.html", against=earlier)
     assert "rows.csv" in (tmp_path / "both.html").read_text()
-    with pytest.raises(kempe.ArgumentError, match="has no column of an output"):
+    with pytest.raises(kempe.InputError, match="has no column of an output"):
         run.write_report(tmp_path / "both.html", against=four_bar.system().check().coordinates)
     with pytest.raises(TypeError):
         run.write_report(tmp_path / "both.html", against=run)
-    for text, said in (("t,q.crank\n", "no rows"), ("t,q.crank [kg]\n0,1\n1,2\n", "'q.crank' in kg, this run in rad"), ("t [mm],q.crank\n0,1\n", "'t' in m, this run in s")):
+    (tmp_path / "half.csv").write_text("t,q.crank\n0.1,0\n9,1\n")
+    with pytest.warns(kempe.KempeWarning, match=r"half.csv' has times from 0.1 to 9 s, this run from 0 to 0.2 s: its dotted curves are drawn from 0.1 to 0.2 s"):
+        run.write_report(tmp_path / "both.html", against=kempe.Table.read(tmp_path / "half.csv"))
+    for text, said in (("t,q.crank\n", "no rows"), ("t,q.crank\n0.3,0\n9,1\n", "they do not meet"), ("t,q.crank [kg]\n0,1\n1,2\n", "'q.crank' in kg, this run in rad"), ("t [mm],q.crank\n0,1\n", "'t' in m, this run in s")):
         (tmp_path / "other.csv").write_text(text)
-        with pytest.raises(kempe.ArgumentError, match=said):
+        with pytest.raises(kempe.InputError, match=said):
             run.write_report(tmp_path / "both.html", against=kempe.Table.read(tmp_path / "other.csv"))
     (tmp_path / "bad.csv").write_text("t,q.crank\n0,one\n")
     with pytest.raises(kempe.InputError, match="bad.csv:2:3: this is not a number"):

@@ -54,37 +54,25 @@ static KMP_INTO_CLONES void angle(size_t w, const double *restrict x, double *re
         kempe_place_(x[l], quadrant[l], a[l], b[l], &s[l], &c[l]);
 }
 
-/* The angles of a call: their lanes, and their slots. */
+/* The angles of a call by their slots. */
 typedef struct call {
-    size_t w;
     int n;
     double *v;
     const uint32_t *x, *s, *c;
 } call;
 
-/* The limit is tested once for all angles: their computations then overlap. */
-static KMP_INTO_CLONES bool angles(size_t w, const call *all)
+/* The limit is tested once for all angles: their computations then overlap. *any is negative if an argument is beyond
+ * it. */
+static KMP_INTO_CLONES void angles(size_t w, const call *all, int64_t *any)
 {
-    int64_t beyond[WIDEST] = {0}, any = 0;
+    int64_t beyond[WIDEST] = {0};
     for (int k = 0; k < all->n; k++)
         angle(w, all->v + w * all->x[k], all->v + w * all->s[k], all->v + w * all->c[k], beyond);
     for (size_t l = 0; l < w; l++)
-        any |= beyond[l];
-    return any >= 0;
+        *any |= beyond[l];
 }
 
-#define OF_ANY_WIDTH(name, target)                                                                                     \
-    target static bool name(const call *all)                                                                           \
-    {                                                                                                                  \
-        return all->w == 16  ? angles(16, all)                                                                         \
-               : all->w == 8 ? angles(8, all)                                                                          \
-               : all->w == 4 ? angles(4, all)                                                                          \
-                             : angles(all->w, all);                                                                    \
-    }
-
-OF_ANY_WIDTH(with_eights, KMP_REDUCED_PROGRAM_EIGHTS)
-OF_ANY_WIDTH(with_fours, KMP_REDUCED_PROGRAM_FOURS)
-OF_ANY_WIDTH(without, )
+KMP_LANES_TWINS(sincos, angles, (size_t width, const call *all, int64_t *any), all, any)
 
 void kmp_sincos_beyond(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
@@ -101,7 +89,8 @@ void kmp_sincos_beyond(int n, int width, double *v, const uint32_t *x, const uin
 
 void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
-    const call all = {(size_t)width, n, v, x, s, c};
-    if (!(kmp_has_eight() ? with_eights : kmp_has_four() ? with_fours : without)(&all))
+    int64_t any = 0;
+    KMP_TWIN(sincos)((size_t)width, &(call){n, v, x, s, c}, &any);
+    if (any < 0)
         kmp_sincos_beyond(n, width, v, x, s, c);
 }

@@ -18,6 +18,8 @@ const pageEngine = {
         return this.workers.studies;
     },
 
+    holdsFiles: true, /* the page may have several files: there is no folder */
+
     async read() {
         await this.worker("check");
         const file = JSON.parse(byId("first-model").textContent);
@@ -26,6 +28,10 @@ const pageEngine = {
 
     async save(text, version) {
         saveFile(bench.name, text, "text/yaml");
+        for (const [name, file] of bench.others) {
+            if (file.text !== undefined && file.text !== file.saved) saveFile(name.split("/").pop(), file.text, "text/plain");
+            file.saved = file.text;
+        }
         return { version: version + 1 };
     },
 
@@ -51,10 +57,10 @@ const pageEngine = {
     },
 
     async language(messages) {
-        return (await this.worker("language")).language(messages);
+        return (await this.worker("language")).language(messages, { files: modelFiles() });
     },
 
     async drag(request) {
-        return (await this.worker("drag")).drag(request);
+        return (await this.worker("drag")).drag(request, request.text === null ? {} : { files: otherFiles() });
     },
 };

@@ -241,26 +241,34 @@ static void list_rates(const kmp_joint_loads *loads, const kmp_tree *moved, acti
     }
 }
 
+enum { BOTH = 2 * VIRTUAL }; /* displacements, then their rates */
+
+/* Adds the generalized forces along the last VIRTUAL of `count` displacements, at zero of all. */
+static void add_virtual(kmp_graph *g, const acting *a, int count, kmp_ref *slope, kmp_ref generalized[VIRTUAL])
+{
+    kmp_ref from[BOTH], to[BOTH] = {KMP_ZERO};
+    uint16_t through;
+    kmp_partials_all(g, a->count, a->of, KMP_IN_ALONG, count, slope);
+    for (int k = 0; k < count; k++)
+        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
+    if (a->count > 0 && !kmp_substitute(g, count, from, to, count * a->count, slope, &through))
+        kmp_graph_fail(g);
+    for (int i = 0; i < a->count; i++)
+        for (int k = 0; k < VIRTUAL; k++)
+            generalized[k] = kmp_add(g, generalized[k], kmp_mul(g, a->force[i], slope[count * (i + 1) - VIRTUAL + k]));
+}
+
 /* Forces along rates by virtual power. */
 static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_ref generalized[VIRTUAL])
 {
-    enum { BOTH = 2 * VIRTUAL }; /* displacements, then their rates */
     kmp_graph *g = moved->graph;
     const int room = KMP_COMPLIANT_FORCES * loads->pressing_count + loads->element_count;
-    kmp_ref from[BOTH], to[BOTH] = {KMP_ZERO}, *slope = KMP_GRAPH_NEW(g, kmp_ref, BOTH * room + 1);
+    kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, BOTH * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
-    uint16_t through;
     if (!slope || !a.of || !a.force)
         return;
     list_rates(loads, moved, &a);
-    kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, BOTH, slope);
-    for (int k = 0; k < BOTH; k++)
-        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
-    if (a.count > 0 && !kmp_substitute(g, BOTH, from, to, BOTH * a.count, slope, &through))
-        kmp_graph_fail(g);
-    for (int i = 0; i < a.count; i++)
-        for (int k = 0; k < VIRTUAL; k++)
-            generalized[k] = kmp_add(g, generalized[k], kmp_mul(g, a.force[i], slope[BOTH * i + VIRTUAL + k]));
+    add_virtual(g, &a, BOTH, slope, generalized);
 }
 
 /* True if the copy of the tree displaces a body. */
@@ -307,23 +315,15 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
                              ? tree->model->closure_count
                              : loads->crossing_from[across + 1] - loads->crossing_from[across] + loads->anywhere_count;
     const int room = KMP_KIND_MAX_ROWS * closures + loads->element_count;
-    kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room + 1);
+    kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
-    uint16_t through;
     if (!slope || !a.of || !a.force)
         return;
     add_rows(loads, moved, across, &a);
     add_elements(loads, moved, &a);
-    kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
-    for (int k = 0; k < VIRTUAL; k++) {
-        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
-        to[k] = generalized[k] = KMP_ZERO;
-    }
-    if (a.count > 0 && !kmp_substitute(g, VIRTUAL, from, to, VIRTUAL * a.count, slope, &through))
-        kmp_graph_fail(g);
-    for (int i = 0; i < a.count; i++)
-        for (int k = 0; k < VIRTUAL; k++)
-            generalized[k] = kmp_add(g, generalized[k], kmp_mul(g, a.force[i], slope[VIRTUAL * i + k]));
+    for (int k = 0; k < VIRTUAL; k++)
+        generalized[k] = KMP_ZERO;
+    add_virtual(g, &a, VIRTUAL, slope, generalized);
 }
 
 /* -- the load of the constraint ---------------------------------------------------------------------- */

@@ -266,12 +266,6 @@ static void show_section(kmp_equations *eq, int point)
     eq->outputs.shown_count += 6;
 }
 
-static void show_bearings(kmp_equations *eq, const kmp_bearing_pair *pair)
-{
-    kmp_bearing_reactions(&eq->tree, pair, eq->outputs.shown + eq->outputs.shown_count);
-    eq->outputs.shown_count += KMP_BEARING_VALUES;
-}
-
 static kmp_ref sum_of_forces(const kmp_equations *eq, const kmp_forces *forces, const kmp_outline_contact *outlined)
 {
     kmp_ref sum = KMP_ZERO;
@@ -292,7 +286,9 @@ static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp
         show_section(eq, output->index);
         return;
     case KMP_OUTPUT_BEARING:
-        show_bearings(eq, &eq->model->bearings[output->index]);
+        kmp_bearing_reactions(&eq->tree, &eq->model->bearings[output->index],
+                              eq->outputs.shown + eq->outputs.shown_count);
+        eq->outputs.shown_count += KMP_BEARING_VALUES;
         return;
     case KMP_OUTPUT_FORCE:
         for (int k = 0; k < kmp_output_width(eq->model, output); k++)

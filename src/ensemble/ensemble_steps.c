@@ -105,12 +105,6 @@ static const char *obstacle(const kempe_ensemble_stepper *s, const kmp_engine *e
     return NULL;
 }
 
-/* Steppers that lanes take instances back from have the integrator of the lanes. */
-static const kmp_run_spec *spec_of(const kempe_ensemble_stepper *s)
-{
-    return s->no_lanes ? &s->spec : &s->in_lanes;
-}
-
 /* Makes the engine of a part, and begins its run. */
 static kempe_status make_engine(kempe_ensemble_stepper *s, ensemble_part *p, const kempe_run_options *run, int lanes)
 {
@@ -222,7 +216,9 @@ static kempe_status note_stepper(ensemble_part *p, int k, kempe_status status)
 /* Makes the stepper of an instance, if it has none. */
 static kempe_status need_stepper(const ensemble_part *p, one_instance *one)
 {
-    const kmp_run_spec *spec = one->labours ? &p->whole->spec : spec_of(p->whole);
+    /* Steppers that lanes take instances back from have the integrator of the lanes. */
+    const kempe_ensemble_stepper *all = p->whole;
+    const kmp_run_spec *spec = one->labours || all->no_lanes ? &all->spec : &all->in_lanes;
     return one->stepper ? KEMPE_OK : kmp_stepper_new(p->engine->s, spec, &one->stepper);
 }
 

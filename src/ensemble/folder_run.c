@@ -114,13 +114,6 @@ static void *beat(void *self)
     return NULL;
 }
 
-/* Signals go to the other threads. */
-static bool start_beat(process_claims *c)
-{
-    c->has_beat = kmp_thread_start_deaf(&c->beat, beat, c);
-    return c->has_beat;
-}
-
 static void hold(process_claims *c, kmp_text path)
 {
     pthread_mutex_lock(&c->lock);
@@ -173,8 +166,8 @@ static kempe_status claims_new(kempe_context *context, const char *folder, proce
     kempe_status status = kmp_made(context, !c->folder.failed && !c->owner.failed);
     if (status == KEMPE_OK)
         status = kmp_folder_make(context, c->folder.s);
-    if (status == KEMPE_OK)
-        status = kmp_made(context, start_beat(c));
+    if (status == KEMPE_OK) /* signals go to the other threads */
+        status = kmp_made(context, c->has_beat = kmp_thread_start_deaf(&c->beat, beat, c));
     return KMP_GIVE_OR_FREE(status, claims, c, claims_free);
 }
 

@@ -3,7 +3,7 @@
  * keys of the reader, is part of the library. */
 #pragma once
 
-#include "base/json_value.h"
+#include "language_server/json_value.h"
 
 /** Lines of the schema; NULL ends them. Written by CMake. */
 extern const char *const kmp_schema_lines[];

@@ -342,6 +342,13 @@ static void put_lines(kempe_language_server *s, kmp_json *json, const kmp_open_f
     }
 }
 
+void kmp_session_send(kempe_language_server *s, kmp_text *body)
+{
+    kmp_text_printf(&s->output, "Content-Length: %zu\r\n\r\n", body->length);
+    kmp_text_append(&s->output, body->s ? body->s : "", body->length);
+    kmp_text_free_part(&s->output, body);
+}
+
 void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file)
 {
     enum { ERROR = 1, WARNING = 2, INFORMATION = 3 };
@@ -372,7 +379,5 @@ void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file)
         kempe_context_free(context);
     }
     kmp_text_free(&warnings);
-    kmp_text_printf(&s->output, "Content-Length: %zu\r\n\r\n", body.length);
-    kmp_text_append(&s->output, body.s ? body.s : "", body.length);
-    kmp_text_free_part(&s->output, &body);
+    kmp_session_send(s, &body);
 }

@@ -48,9 +48,7 @@ static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_
     } else {
         kmp_text_printf(&body, ",\"result\":%s}", result->length > 0 ? result->s : "null");
     }
-    kmp_text_printf(&s->output, "Content-Length: %zu\r\n\r\n", body.length);
-    kmp_text_append(&s->output, body.s ? body.s : "", body.length);
-    kmp_text_free_part(&s->output, &body);
+    kmp_session_send(s, &body);
     kmp_text_free_part(&s->output, result);
     kmp_text_free(&answer->sentence);
 }
@@ -228,9 +226,7 @@ static void close_file(kempe_language_server *s, kmp_open_file *file)
     kmp_json json = kmp_json_begin_as(&body, KMP_JSON_COMPACT);
     kmp_json_put(&json, "{ jsonrpc %s method %s params { uri %s diagnostics [ ] } }", "2.0",
                  "textDocument/publishDiagnostics", file->uri);
-    kmp_text_printf(&s->output, "Content-Length: %zu\r\n\r\n", body.length);
-    kmp_text_append(&s->output, body.s ? body.s : "", body.length);
-    kmp_text_free_part(&s->output, &body);
+    kmp_session_send(s, &body);
     kmp_open_file_remove(s, file);
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/json.h"
-#include "base/json_value.h"
+#include "language_server/json_value.h"
 #include "language_server/model_names.h"
 #include "language_server/text_places.h"
 #include <kempe/language_server.h>
@@ -68,6 +68,9 @@ void kmp_open_file_remove(kempe_language_server *s, kmp_open_file *file);
 
 /** True if the text is a model of Kempe, or has no key yet. */
 bool kmp_file_is_model(const kmp_open_file *file);
+
+/** Sends a message, and frees its text. */
+void kmp_session_send(kempe_language_server *s, kmp_text *body);
 
 /** Sends the diagnostics of a file. */
 void kmp_file_diagnose(kempe_language_server *s, kmp_open_file *file);

@@ -2,11 +2,6 @@
 #include "language_server/text_places.h"
 #include <string.h>
 
-static bool is_later_byte(char c)
-{
-    return ((unsigned char)c & 0xC0) == 0x80;
-}
-
 static bool ends_line(char c)
 {
     return c == '\n' || c == '\r';
@@ -16,7 +11,7 @@ static bool ends_line(char c)
 static size_t character_length(const char *s)
 {
     size_t length = 1;
-    while (is_later_byte(s[length]))
+    while (((unsigned char)s[length] & 0xC0) == 0x80)
         length++;
     return length;
 }

@@ -2,6 +2,7 @@
 /* Bounds of a cubic between two places (Bernstein). Generated simulators have this file too. */
 #pragma once
 
+#include "constraints/tolerances.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <stdbool.h>
@@ -24,9 +25,6 @@ static inline void kmp_piece_bounds(const double piece[4], int derivative, doubl
     kmp_include(d[0] + (2 * d[1] + d[2]) / 3, low, high);
     kmp_include(d[0] + d[1] + d[2] + d[3], low, high);
 }
-
-/** The second derivative of a spline is continuous at its knots but for rounding, which is below this part of it. */
-#define KMP_BENDS_ALIKE 1e-6
 
 /** True if the second derivative of cubic pieces is continuous between two places: at the knots between them, of which
  * the first and the last one join straight lines. */

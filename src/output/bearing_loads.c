@@ -62,19 +62,11 @@ static const char *note_of(const kmp_reactions *r, const kmp_bearing_pair *pair)
 
 /* -- text ----------------------------------------------------------------------------------------------- */
 
-static void put_cell(kmp_text *text, int width, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.6g", width, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
-}
-
 static void put_peak(kmp_text *text, const kmp_reaction_peak *peak, double factor, double noise)
 {
     const bool zero = peak->size <= noise;
-    put_cell(text, VALUE, zero ? 0.0 : factor * peak->size);
-    put_cell(text, TIME, zero ? NAN : peak->t);
+    kmp_print_cells(text, "  %*.6g", VALUE, zero ? 0.0 : factor * peak->size);
+    kmp_print_cells(text, "  %*.6g", TIME, zero ? NAN : peak->t);
 }
 
 static void show_heads(kmp_text *text, const char *length, const char *force, int width)
@@ -110,11 +102,11 @@ void kmp_bearing_loads_show(kmp_text *text, const kmp_bearing_loads *b, const km
         char label[200];
         (void)snprintf(label, sizeof label, "%s %d%s", pair->name, 1 + k % 2, is_shared(r, pair) ? " *" : "");
         kmp_text_printf(text, "  %-*s", width, label);
-        put_cell(text, TIME, length.factor * pair->at[k % 2].value);
+        kmp_print_cells(text, "  %*.6g", TIME, length.factor * pair->at[k % 2].value);
         put_peak(text, &of->radial, force.factor, noise);
         put_peak(text, &of->axial, force.factor, noise);
-        put_cell(text, EQUIVALENT, force.factor * (of->equivalent <= noise ? 0.0 : of->equivalent));
-        put_cell(text, EXPONENT, pair->life[k % 2]);
+        kmp_print_cells(text, "  %*.6g", EQUIVALENT, force.factor * (of->equivalent <= noise ? 0.0 : of->equivalent));
+        kmp_print_cells(text, "  %*.6g", EXPONENT, pair->life[k % 2]);
         kmp_text_put(text, "\n");
     }
 }

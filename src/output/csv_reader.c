@@ -194,11 +194,11 @@ static bool read_lines(kmp_csv *csv, char *text, size_t length)
             continue;
         if (header) {
             csv->columns = count_fields(line);
-            if (!check_names(csv, line) || !read_units(csv, line) || !csv->header(csv, line))
+            if (!check_names(csv, line) || !read_units(csv, line) || !csv->form->header(csv, line))
                 return false;
             if (csv->complaints > 0)
                 return true;
-        } else if (!csv->row(csv, line)) {
+        } else if (csv->rows++, !csv->form->row(csv, line)) {
             return false;
         }
     }
@@ -207,17 +207,20 @@ static bool read_lines(kmp_csv *csv, char *text, size_t length)
                          "a character of code 0 is here, which no text has; write the file as UTF-8");
     csv->line_text = "";
     if (csv->columns == 0)
-        kmp_csv_complain(csv, csv->line_text, "%s", csv->lacks_header);
+        kmp_csv_complain(csv, csv->line_text, "%s", csv->form->lacks_header);
+    else if (csv->rows == 0 && csv->form->lacks_rows && csv->complaints == 0)
+        kmp_csv_complain(csv, csv->line_text, "%s", csv->form->lacks_rows);
     return true;
 }
 
-kempe_status kmp_csv_read(kmp_csv *csv)
+kempe_status kmp_csv_read(kempe_context *context, const char *path, const kmp_csv_form *form, void *user)
 {
+    kmp_csv csv = {.context = context, .path = path, .form = form, .user = user};
     char *text;
     size_t length;
-    KMP_TRY(kmp_file_read(csv->context, KMP_FILE_TABLE, csv->path, &text, &length));
-    bool ok = read_lines(csv, text, length);
+    KMP_TRY(kmp_file_read(context, KMP_FILE_TABLE, path, &text, &length));
+    bool ok = read_lines(&csv, text, length);
     kmp_free(text);
-    kmp_arena_free(&csv->arena);
-    return !ok ? kmp_fail_memory(csv->context) : csv->complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
+    kmp_arena_free(&csv.arena);
+    return !ok ? kmp_fail_memory(context) : csv.complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
 }

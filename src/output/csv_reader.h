@@ -13,15 +13,22 @@ typedef struct kmp_csv_field {
     size_t length;
 } kmp_csv_field;
 
+struct kmp_csv;
+
+/** What a file has, and who takes its lines; false: no memory. */
+typedef struct kmp_csv_form {
+    const char *lacks_header, *lacks_rows; /* errors of a file without one, and without any; NULL: it may have none */
+    bool (*header)(struct kmp_csv *csv, const char *line);
+    bool (*row)(struct kmp_csv *csv, const char *line);
+} kmp_csv_form;
+
 typedef struct kmp_csv {
     kempe_context *context;
     const char *path;
-    const char *lacks_header; /* error message about a file without one */
+    const kmp_csv_form *form;
     void *user;
-    bool (*header)(struct kmp_csv *csv, const char *line); /* false: no memory */
-    bool (*row)(struct kmp_csv *csv, const char *line);
     int columns; /* in the header: kmp_csv_row compares with it */
-    int line, complaints;
+    int line, rows, complaints;
     const char *line_text;
     kmp_arena arena;       /* units */
     const char *units;     /* the rest of their comment; NULL: there is none */
@@ -29,7 +36,7 @@ typedef struct kmp_csv {
 } kmp_csv;
 
 /** Reads the file, up to some errors. KEMPE_E_IO, KEMPE_E_INPUT, KEMPE_E_MEMORY. */
-kempe_status kmp_csv_read(kmp_csv *csv);
+kempe_status kmp_csv_read(kempe_context *context, const char *path, const kmp_csv_form *form, void *user);
 
 /** An error at a character of the line; false once too many have been reported. */
 void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...) __attribute__((format(printf, 3, 4)));

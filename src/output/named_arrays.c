@@ -156,12 +156,6 @@ static void put_words(kmp_text *text, const kmp_named_array *of)
         }
 }
 
-static void put_numbers(kmp_text *text, const kmp_named_array *of)
-{
-    put_head(text, of, "<f8");
-    put_values(text, of, true);
-}
-
 /* The arrays in NumPy's format. */
 static kempe_status npz_write(kempe_context *context, const kmp_arrays *arrays, const char *path)
 {
@@ -170,10 +164,12 @@ static kempe_status npz_write(kempe_context *context, const kmp_arrays *arrays, 
         kmp_text name = {0};
         kmp_text_printf(&name, "%s.npy", arrays->array[k].name);
         kmp_zip_begin(&zip, name.s);
-        if (arrays->array[k].values)
-            put_numbers(&zip.text, &arrays->array[k]);
-        else
+        if (arrays->array[k].values) {
+            put_head(&zip.text, &arrays->array[k], "<f8");
+            put_values(&zip.text, &arrays->array[k], true);
+        } else {
             put_words(&zip.text, &arrays->array[k]);
+        }
         kmp_zip_end_member(&zip);
         kmp_text_free(&name);
     }

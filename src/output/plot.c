@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/file.h"
+#include "base/loaded_library.h"
 #include "base/text.h"
 #include "output/result_table.h"
 #include "platform/platform.h"
@@ -360,7 +361,7 @@ typedef struct rectangle {
 
 typedef int put_fn(void *user, const unsigned char *bytes, unsigned int length);
 
-typedef struct library {
+static struct {
     void *(*new_from_data)(const unsigned char *data, size_t length, void **error);
     int (*get_size)(void *handle, double *width, double *height);
     int (*render)(void *handle, void *cairo, const rectangle *viewport, void **error);
@@ -373,7 +374,7 @@ typedef struct library {
 } library;
 
 /* Dependencies of librsvg are found through it. */
-static bool load(library *l)
+static bool is_there(void)
 {
     static const char *const names[] = {"rsvg_handle_new_from_data",
                                         "rsvg_handle_get_intrinsic_size_in_pixels",
@@ -384,14 +385,9 @@ static bool load(library *l)
                                         "cairo_surface_write_to_png_stream",
                                         "cairo_destroy",
                                         "cairo_surface_destroy"};
-    void *at[sizeof names / sizeof *names], *opened = kmp_library_open("librsvg-2.so.2");
-    bool all = opened;
-    for (size_t k = 0; all && k < sizeof names / sizeof *names; k++)
-        all = (at[k] = kmp_library_find(opened, names[k]));
-    _Static_assert(sizeof at == sizeof *l, "a name for each function");
-    if (all)
-        memcpy(l, at, sizeof at);
-    return all;
+    _Static_assert(sizeof names == sizeof library, "a name for each function");
+    static kmp_loaded_library loaded = KMP_LOADED_LIBRARY(KMP_LIBRARY_FILE("rsvg-2", "2"), names, &library);
+    return !kmp_library_missing(&loaded);
 }
 
 static int put(void *user, const unsigned char *bytes, unsigned int length)
@@ -402,32 +398,31 @@ static int put(void *user, const unsigned char *bytes, unsigned int length)
 }
 
 /* The bitmap of a picture; false: librsvg refused. */
-static bool draw(const library *l, const kmp_text *svg, kmp_text *png)
+static bool draw(const kmp_text *svg, kmp_text *png)
 {
     double width = 0, height = 0;
-    void *handle = l->new_from_data((const unsigned char *)svg->s, svg->length, NULL);
+    void *handle = library.new_from_data((const unsigned char *)svg->s, svg->length, NULL);
     if (!handle)
         return false;
-    bool ok = l->get_size(handle, &width, &height);
+    bool ok = library.get_size(handle, &width, &height);
     const rectangle all = {0, 0, SCALE * width, SCALE * height};
-    void *surface = l->surface(0, (int)all.width, (int)all.height), *cairo = l->create(surface);
-    ok = ok && l->render(handle, cairo, &all, NULL) && l->write(surface, put, png) == 0;
-    l->destroy(cairo);
-    l->surface_destroy(surface);
-    l->unref(handle);
+    void *surface = library.surface(0, (int)all.width, (int)all.height), *cairo = library.create(surface);
+    ok = ok && library.render(handle, cairo, &all, NULL) && library.write(surface, put, png) == 0;
+    library.destroy(cairo);
+    library.surface_destroy(surface);
+    library.unref(handle);
     return ok;
 }
 
 static kempe_status write_png(kempe_context *context, const char *path, const kmp_text *svg)
 {
-    library l;
     kmp_text png = {0};
     KMP_TRY(kmp_made(context, !svg->failed));
-    if (!load(&l))
+    if (!is_there())
         return kmp_fail(context, KEMPE_E_FAILED,
                         "%s: a .png needs librsvg, which is not here (Debian package librsvg2-2); a .svg needs nothing",
                         path);
-    if (draw(&l, svg, &png))
+    if (draw(svg, &png))
         return kmp_file_write(context, path, &png);
     kmp_text_free(&png);
     return kmp_fail(context, KEMPE_E_FAILED, "%s: librsvg could not draw the picture; write it as .svg", path);
@@ -435,9 +430,8 @@ static kempe_status write_png(kempe_context *context, const char *path, const km
 
 bool kmp_picture_png(const kmp_text *svg, kmp_text *png)
 {
-    library l;
     kmp_text drawn = {0};
-    bool ok = !svg->failed && load(&l) && draw(&l, svg, &drawn) && !drawn.failed;
+    bool ok = !svg->failed && is_there() && draw(svg, &drawn) && !drawn.failed;
     if (ok)
         kmp_text_append(png, drawn.s, drawn.length);
     kmp_text_free(&drawn);

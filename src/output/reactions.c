@@ -446,15 +446,6 @@ static double unit_title(const kmp_reactions *r, int k, char title[40])
     return as.factor;
 }
 
-/* Six digits, or a dash for what there is not. */
-static void put_cell(kmp_text *text, int width, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.6g", width, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
-}
-
 static void show_peaks(kmp_text *text, const joint_lines *t)
 {
     const kmp_reactions *r = t->r;
@@ -469,8 +460,8 @@ static void show_peaks(kmp_text *text, const joint_lines *t)
         for (int k = 0; k < 2; k++) {
             const kmp_reaction_peak *peak = &of->peak[k];
             const bool zero = peak->size <= t->noise[k];
-            put_cell(text, VALUE, zero ? 0.0 : factor[k] * peak->size);
-            put_cell(text, TIME, zero ? NAN : peak->t);
+            kmp_print_cells(text, "  %*.6g", VALUE, zero ? 0.0 : factor[k] * peak->size);
+            kmp_print_cells(text, "  %*.6g", TIME, zero ? NAN : peak->t);
         }
         kmp_text_put(text, "\n");
     }
@@ -494,9 +485,10 @@ static void show_vectors(kmp_text *text, const joint_lines *t, int k)
         if (!is_shown(t, of) || isnan(peak->size))
             continue;
         put_labelled(text, of, t->width);
-        put_cell(text, VALUE, factor * kmp_print_clean(peak->size, t->noise[k]));
+        kmp_print_cells(text, "  %*.6g", VALUE, factor * kmp_print_clean(peak->size, t->noise[k]));
         for (int i = 0; i < 3; i++)
-            put_cell(text, VALUE, of->effort ? NAN : factor * kmp_print_clean(peak->x[i], t->noise[k]));
+            kmp_print_cells(text, "  %*.6g", VALUE,
+                            of->effort ? NAN : factor * kmp_print_clean(peak->x[i], t->noise[k]));
         kmp_text_put(text, "\n");
     }
 }

@@ -183,18 +183,14 @@ static bool read_row(kmp_csv *csv, const char *line)
     return true;
 }
 
+static const kmp_csv_form form = {"the header line is missing; it begins with t", NULL, read_header, read_row};
+
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference)
 {
     kmp_reference made;
     reader r = {.system = system, .reference = &made};
-    kmp_csv csv = {.context = system->context,
-                   .path = path,
-                   .lacks_header = "the header line is missing; it begins with t",
-                   .user = &r,
-                   .header = read_header,
-                   .row = read_row};
     kmp_samples_init(&made, system->n, system->m);
-    kempe_status status = kmp_csv_read(&csv);
+    kempe_status status = kmp_csv_read(system->context, path, &form, &r);
     kmp_free(r.columns);
     if (status != KEMPE_OK)
         kmp_samples_free(&made);

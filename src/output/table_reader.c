@@ -43,6 +43,9 @@ static bool take_row(kmp_csv *csv, const char *line)
     return true;
 }
 
+static const kmp_csv_form form = {"the header line is missing; it has the names of the columns", NULL, take_header,
+                                  take_row};
+
 kempe_status kempe_table_read(kempe_context *context, const char *path, kempe_table **table)
 {
     KMP_WANTED(NULL, context, "context");
@@ -51,13 +54,7 @@ kempe_status kempe_table_read(kempe_context *context, const char *path, kempe_ta
     KMP_WANTED(context, path, "path");
     kempe_table *made = kmp_tabulate(context, path);
     KMP_TRY(kmp_made(context, made));
-    kmp_csv csv = {.context = context,
-                   .path = path,
-                   .lacks_header = "the header line is missing; it has the names of the columns",
-                   .user = made,
-                   .header = take_header,
-                   .row = take_row};
-    const kempe_status status = kmp_csv_read(&csv);
+    const kempe_status status = kmp_csv_read(context, path, &form, made);
     if (status == KEMPE_OK)
         return kmp_tabulate_finish(context, made, table);
     kempe_table_free(made);

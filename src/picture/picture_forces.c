@@ -9,10 +9,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/gear_mesh.h"
-#include "dynamics/placed_forces.h"
 #include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
+#include "picture/placed_forces.h"
 #include <math.h>
 #include <string.h>
 

@@ -223,11 +223,20 @@ void kmp_interrupt_guard_end(void);
 /* -- libraries --------------------------------------------------------------------------------------- */
 
 /** A shared library by its name (NULL: the process with all it has loaded), and the address of a symbol; NULL: it is
- * not there. The reason of the last failure. */
+ * not there. The reason of the last failure. Functions by a list of names: base/loaded_library.h. */
 void *kmp_library_open(const char *name);
 void *kmp_library_find(void *library, const char *symbol);
 void kmp_library_close(void *library);
 const char *kmp_library_reason(void);
+
+/** The file of a version of a shared library, as programs ask for it that were linked with it. Words are literals. */
+#if defined(_WIN32)
+#define KMP_LIBRARY_FILE(name, version) "lib" name "-" version ".dll"
+#elif defined(__APPLE__)
+#define KMP_LIBRARY_FILE(name, version) "lib" name "." version ".dylib"
+#else
+#define KMP_LIBRARY_FILE(name, version) "lib" name ".so." version
+#endif
 
 /** The ending of shared libraries, ".so"; the word of the FMI standard for this platform, "": it has none. */
 extern const char kmp_library_ending[];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The platform by POSIX, with what Linux, the C library of GNU and macOS have beyond it, and without what WebAssembly
- * lacks. The side of macOS was never run. */
+ * lacks. The side of macOS was never run. Programs have no identity there, so that no result is cached. */
 #include "platform/platform.h"
 #include <dirent.h>
 #include <dlfcn.h>
@@ -28,7 +28,9 @@
 #include <link.h>
 #endif
 #ifdef __APPLE__
+#include <crt_externs.h>
 #include <mach-o/dyld.h>
+#include <sys/sysctl.h>
 #endif
 
 /* -- paths ------------------------------------------------------------------------------------------- */
@@ -207,6 +209,10 @@ int kmp_file_put(int file, const void *from, size_t size)
 
 int kmp_file_sync(int file)
 {
+#ifdef F_FULLFSYNC /* macOS leaves the file in the memory of the disk otherwise */
+    if (fcntl(file, F_FULLFSYNC) == 0)
+        return 0;
+#endif
     return fsync(file) == 0 || errno == EINVAL ? 0 : errno;
 }
 
@@ -513,6 +519,29 @@ long kmp_process_number(void)
     return (long)getpid();
 }
 
+#ifdef __APPLE__
+
+/* In microseconds; 0 also of a zombie. */
+unsigned long long kmp_process_start(long process)
+{
+    int path[] = {CTL_KERN, KERN_PROC, KERN_PROC_PID, (int)process};
+    struct kinfo_proc about;
+    size_t size = sizeof about;
+    if (sysctl(path, 4, &about, &size, NULL, 0) != 0 || size < sizeof about || about.kp_proc.p_stat == SZOMB)
+        return 0;
+    const struct timeval start = about.kp_proc.p_starttime;
+    return (unsigned long long)start.tv_sec * 1000000 + (unsigned long long)start.tv_usec;
+}
+
+/* The start of the system, by its identity. */
+static void system_start(char *start, size_t size)
+{
+    if (sysctlbyname("kern.bootsessionuuid", start, &size, NULL, 0) != 0)
+        start[0] = '\0';
+}
+
+#else
+
 /* In clock ticks (proc_pid_stat(5), field 22); 0 also of a zombie. */
 unsigned long long kmp_process_start(long process)
 {
@@ -531,15 +560,22 @@ unsigned long long kmp_process_start(long process)
     return s ? strtoull(s + 1, NULL, 10) : 0;
 }
 
+static void system_start(char *start, size_t size)
+{
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (!file)
+        return;
+    start[strcspn(fgets(start, (int)size, file) ? start : "", "\n")] = '\0';
+    fclose(file);
+}
+
+#endif
+
 void kmp_system_word(char word[KMP_SYSTEM_WORD])
 {
     char name[256] = "", boot[40] = "", space[64] = "";
     (void)gethostname(name, sizeof name - 1);
-    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
-    if (file) {
-        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
-        fclose(file);
-    }
+    system_start(boot, sizeof boot);
     ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
     space[length > 0 ? length : 0] = '\0';
     for (char *s = name; *s; s++)
@@ -592,7 +628,11 @@ bool kmp_connection_is_closed(int socket)
 
 #else
 
+#ifdef __APPLE__ /* a shared library has no other way to it */
+#define environ (*_NSGetEnviron())
+#else
 extern char **environ;
+#endif
 
 int kmp_process_run(char *const *words, const char *said)
 {
@@ -617,42 +657,38 @@ struct kmp_process {
     int code;
 };
 
-/* Its signals are set as of a program that a user begins, and Ctrl-C of this one's terminal is not for it. */
-static bool set_signals(posix_spawnattr_t *attributes)
+/* In the child, by functions that signals may interrupt: the program, with the signals of one that a user begins.
+ * Ctrl-C of this one's terminal is not for it. */
+static _Noreturn void become(char *const *words, const char *folder, const char *said, const char *complained)
 {
-    sigset_t none, usual;
+    static const int usual[] = {SIGINT, SIGTERM, SIGPIPE};
+    const char *const files[] = {"/dev/null", said, complained};
+    const struct sigaction set = {.sa_handler = SIG_DFL};
+    sigset_t none;
     sigemptyset(&none);
-    sigemptyset(&usual);
-    sigaddset(&usual, SIGINT);
-    sigaddset(&usual, SIGTERM);
-    sigaddset(&usual, SIGPIPE);
-    return posix_spawnattr_setsigmask(attributes, &none) == 0 &&
-           posix_spawnattr_setsigdefault(attributes, &usual) == 0 && posix_spawnattr_setpgroup(attributes, 0) == 0 &&
-           posix_spawnattr_setflags(
-               attributes, (short)(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP)) == 0;
+    bool ok = setpgid(0, 0) == 0;
+    for (size_t k = 0; k < sizeof usual / sizeof *usual; k++)
+        ok = ok && sigaction(usual[k], &set, NULL) == 0;
+    for (int k = 0; ok && k < 3; k++) {
+        const int file = open(files[k], k == STDIN_FILENO ? O_RDONLY : O_WRONLY | O_CREAT | O_TRUNC, 0600);
+        ok = file >= 0 && dup2(file, k) == k && (file == k || close(file) == 0);
+    }
+    if (ok && chdir(folder) == 0 && sigprocmask(SIG_SETMASK, &none, NULL) == 0)
+        (void)execv(words[0], words);
+    _exit(127);
 }
 
+/* Without posix_spawn, which changes the folder only in glibc 2.29 and later. */
 kmp_process *kmp_process_begin(char *const *words, const char *folder, const char *said, const char *complained)
 {
-    enum { NEW = O_WRONLY | O_CREAT | O_TRUNC };
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
-    kmp_process *process = calloc(1, sizeof *process);
-    if (!process || posix_spawn_file_actions_init(&actions) != 0) {
-        free(process);
+    const bool there = access(words[0], X_OK) == 0 && access(folder, X_OK) == 0;
+    kmp_process *process = there ? calloc(1, sizeof *process) : NULL;
+    if (!process)
         return NULL;
-    }
-    bool made = posix_spawnattr_init(&attributes) == 0;
-    bool ok = made && set_signals(&attributes) &&
-              posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0) == 0 &&
-              posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said, NEW, 0600) == 0 &&
-              posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complained, NEW, 0600) == 0 &&
-              posix_spawn_file_actions_addchdir_np(&actions, folder) == 0 &&
-              posix_spawn(&process->number, words[0], &actions, &attributes, words, environ) == 0;
-    posix_spawn_file_actions_destroy(&actions);
-    if (made)
-        posix_spawnattr_destroy(&attributes);
-    if (ok)
+    process->number = fork();
+    if (process->number == 0)
+        become(words, folder, said, complained);
+    if (process->number > 0)
         return process;
     free(process);
     return NULL;
@@ -885,7 +921,16 @@ const char *kmp_library_reason(void)
 
 void *kmp_library_open(const char *name)
 {
-    return dlopen(name, name ? RTLD_NOW | RTLD_LOCAL : RTLD_LAZY);
+    void *found = dlopen(name, name ? RTLD_NOW | RTLD_LOCAL : RTLD_LAZY);
+#ifdef __APPLE__ /* it does not look where Homebrew and MacPorts install */
+    static const char *const folders[] = {"/opt/homebrew/lib", "/opt/local/lib"};
+    for (size_t k = 0; !found && name && !strchr(name, '/') && k < sizeof folders / sizeof *folders; k++) {
+        char path[KMP_PATH_MOST];
+        const int length = snprintf(path, sizeof path, "%s/%s", folders[k], name);
+        found = length < (int)sizeof path ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
+    }
+#endif
+    return found;
 }
 
 void *kmp_library_find(void *library, const char *symbol)

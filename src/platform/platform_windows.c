@@ -884,12 +884,16 @@ void kmp_interrupt_guard_end(void)
 
 /* -- libraries --------------------------------------------------------------------------------------- */
 
+/* A name without a folder is not looked for in the working folder, in which anybody may have put such a file. */
 void *kmp_library_open(const char *name)
 {
     wide_path wide;
     if (!name)
         return GetModuleHandleW(NULL);
-    return widen(name, wide) ? LoadLibraryW(wide) : NULL;
+    if (!widen(name, wide))
+        return NULL;
+    return kmp_path_folder(name) > 0 ? LoadLibraryW(wide)
+                                     : LoadLibraryExW(wide, NULL, LOAD_LIBRARY_SEARCH_DEFAULT_DIRS);
 }
 
 void *kmp_library_find(void *library, const char *symbol)

@@ -82,19 +82,6 @@ static double steepest_flange(const kmp_wheel *wheel)
     return atan(steepest);
 }
 
-/* Nadal, Annales des Mines 9 (1896) 413. */
-static double nadal_limit(double flange, double friction)
-{
-    double slope = tan(flange);
-    return slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
-}
-
-/* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
-static double prudhomme_limit(double axle_load)
-{
-    return axle_load > 0 ? 10e3 + axle_load / 3 : NAN;
-}
-
 /* -- samples ------------------------------------------------------------------------------------------ */
 
 static kempe_status observe(judging *j)
@@ -512,7 +499,9 @@ static void take_loads(judging *j)
         kmp_safety_wheel *wheel = &s->wheel[w];
         wheel->load = s->at_rest ? j->static_loads[w] : j->safety->load[(ptrdiff_t)w * s->samples];
         wheel->flange = steepest_flange(&model->wheels[w]);
-        wheel->nadal = nadal_limit(wheel->flange, model->wheels[w].friction.value);
+        /* Nadal, Annales des Mines 9 (1896) 413. */
+        const double slope = tan(wheel->flange), friction = model->wheels[w].friction.value;
+        wheel->nadal = slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
         loads += wheel->load;
         least = fmin(least, wheel->load);
     }
@@ -569,8 +558,9 @@ static kempe_status judge(judging *j, kmp_arena *arena)
         int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
         if (right < 0 || opposite(j, right) != w)
             continue;
+        /* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
         double load = s->wheel[w].load + s->wheel[right].load;
-        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
+        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = load > 0 ? 10e3 + load / 3 : NAN};
     }
     return judge_all(j);
 }

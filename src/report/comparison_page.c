@@ -57,15 +57,15 @@ int kmp_page_choose(const kempe_comparison *c, int *chosen)
 static kempe_status record_runs(const kempe_comparison *c, kmp_result_page *page)
 {
     int *run = KMP_ARENA_NEW(&page->arena, int, c->method_count + 1);
-    page->records = KMP_ARENA_NEW(&page->arena, kmp_record, c->method_count + 1);
-    KMP_TRY(kmp_made(page->context, run && page->records));
+    page->motion.records = KMP_ARENA_NEW(&page->arena, kmp_record, c->method_count + 1);
+    KMP_TRY(kmp_made(page->context, run && page->motion.records));
     int wanted = kmp_page_choose(c, run);
     for (int k = 0; k < wanted && !kmp_interrupted(page->context); k++) {
         const kmp_method *method = c->runs[run[k]].method;
         kmp_log(page->context, KEMPE_LOG_PROGRESS, "report: %s %s, rtol %g repeated", method->formulation,
                 method->integrator, c->runs[run[k]].rtol);
-        kempe_status status = kmp_record_make(c, run[k], c->t_end, &page->records[page->record_count]);
-        page->record_count += status == KEMPE_OK || status == KEMPE_STOPPED;
+        kempe_status status = kmp_record_make(c, run[k], c->t_end, &page->motion.records[page->motion.record_count]);
+        page->motion.record_count += status == KEMPE_OK || status == KEMPE_STOPPED;
         if (!kmp_has_result(status))
             return status;
     }
@@ -75,17 +75,17 @@ static kempe_status record_runs(const kempe_comparison *c, kmp_result_page *page
 /* A long run is shown from its beginning, as long as the eye can follow. */
 static kempe_status record_picture(const kempe_comparison *c, kmp_result_page *page)
 {
-    page->frames = &page->start.row;
-    if (page->record_count == 0)
-        return kmp_record_start(c->system, &page->start);
-    const kmp_record *shown = &page->records[0];
-    const kmp_samples *row = page->frames = &shown->row;
+    page->picture.frames = &page->picture.start.row;
+    if (page->motion.record_count == 0)
+        return kmp_record_start(c->system, &page->picture.start);
+    const kmp_record *shown = &page->motion.records[0];
+    const kmp_samples *row = page->picture.frames = &shown->row;
     double t_end = kmp_motion_picture_end(c->system->model, &shown->row);
     if (row->rows == 0 || !(t_end < kmp_samples_time(row, row->rows - 1)) || kmp_interrupted(page->context))
         return KEMPE_OK;
-    kempe_status status = kmp_record_make(c, shown->run, t_end, &page->start);
+    kempe_status status = kmp_record_make(c, shown->run, t_end, &page->picture.start);
     if (status == KEMPE_OK || status == KEMPE_STOPPED)
-        page->frames = &page->start.row;
+        page->picture.frames = &page->picture.start.row;
     return kmp_has_result(status) ? KEMPE_OK : status;
 }
 

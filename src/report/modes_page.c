@@ -32,7 +32,7 @@ static bool move(const kempe_modes *m, int c, double amplitude, double *q, doubl
 /* Adds the frames of a mode, and puts the first of them, -1 for none, with their amplitude. */
 static kempe_status add_mode(kmp_result_page *page, const kempe_modes *m, int c, double *q, double *zero)
 {
-    int first = page->states.rows;
+    int first = page->picture.states.rows;
     double amplitude = AMPLITUDE;
     bool shown = first + FRAMES <= kmp_motion_picture_frames(m->system->model); /* there is room for it */
     bool closed = shown && move(m, c, amplitude, q, zero);
@@ -82,11 +82,11 @@ kempe_status kmp_modes_fill(kmp_result_page *page, const void *result)
 {
     const kempe_modes *m = result;
     int freedoms = m->modes.moving;
-    page->outcome = kmp_outcome_of(m->status);
-    page->reason = m->reason;
-    page->scene = kmp_arena_printf(&page->arena, "at %s \xc2\xb7 %d degree%s of freedom",
-                                   m->family->state->equilibrium ? "the equilibrium" : "the assembled start", freedoms,
-                                   freedoms == 1 ? "" : "s");
+    page->head.outcome = kmp_outcome_of(m->status);
+    page->head.reason = m->reason;
+    page->head.scene = kmp_arena_printf(&page->arena, "at %s \xc2\xb7 %d degree%s of freedom",
+                                        m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
+                                        freedoms, freedoms == 1 ? "" : "s");
     KMP_TRY(add_modes(page, m));
     put_units(&page->data, m);
     kmp_json_string(&page->data, "warnings", m->warnings ? m->warnings : "");

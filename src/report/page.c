@@ -63,6 +63,7 @@ static void put_line(kmp_text *text, const kmp_result_page *page, const kmp_page
         kmp_text_escape(text, page->system->model->name);
         kmp_text_printf(text, ": %s</title>\n", kind->title);
     } else if (is_mark(line, "<!--STYLE-->")) {
+        put_all(text, kmp_shared_look_css);
         put_all(text, kmp_report_css);
     } else if (is_mark(line, "<!--STAGE-->")) {
         put_all(text, kmp_stage_html);
@@ -100,28 +101,28 @@ static void put_page(kmp_text *text, const kmp_result_page *page, const kmp_page
 kempe_status kmp_page_take(kmp_result_page *page, const kempe_system *system)
 {
     page->system = system;
-    kmp_samples_init(&page->states, system->n, system->m);
+    kmp_samples_init(&page->picture.states, system->n, system->m);
     kmp_model_begin(system->model);
-    page->zero = KMP_ARENA_NEW(&page->arena, double, system->n + system->m);
-    return kmp_made(page->context, page->zero);
+    page->picture.zero = KMP_ARENA_NEW(&page->arena, double, system->n + system->m);
+    return kmp_made(page->context, page->picture.zero);
 }
 
 void kmp_page_set_outcome(kmp_result_page *page, kempe_outcome outcome, const char *reason, const char *warnings,
                           const char *words)
 {
     int n = page->system->n, m = page->system->m;
-    page->outcome = outcome;
-    page->reason = reason;
-    page->warnings = warnings;
-    page->scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d constraint equation%s", words, n,
-                                   n == 1 ? "" : "s", m, m == 1 ? "" : "s");
+    page->head.outcome = outcome;
+    page->head.reason = reason;
+    page->head.warnings = warnings;
+    page->head.scene = kmp_arena_printf(&page->arena, "%s \xc2\xb7 %d coordinate%s, %d constraint equation%s", words, n,
+                                        n == 1 ? "" : "s", m, m == 1 ? "" : "s");
 }
 
 kempe_status kmp_page_add_frames(kmp_result_page *page, int count, const double *q, ptrdiff_t stride, const double *x)
 {
-    kmp_samples *states = &page->states;
-    const double *zero = page->zero;
-    page->frames = states;
+    kmp_samples *states = &page->picture.states;
+    const double *zero = page->picture.zero;
+    page->picture.frames = states;
     for (int k = 0; k < count; k++)
         if (kmp_samples_add(states, x ? x[k] : states->rows, q + k * stride, zero, zero, zero, 0))
             return kmp_fail_memory(page->context);
@@ -134,13 +135,15 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
     kmp_json *json = &page->data;
     const kempe_system *s = page->system;
     kmp_json_put(json, "kempe %s model %s command %s scene %s status %s reason %s n %d m %d shown [", KEMPE_VERSION,
-                 s->model->name, kind->command, page->scene, kempe_outcome_text(page->outcome),
-                 page->reason ? page->reason : "", s->n, s->m);
-    for (int k = 0; k < page->record_count; k++)
-        if (page->records[k].row.rows > 0)
-            kmp_record_put(json, &page->records[k]);
+                 s->model->name, kind->command, page->head.scene, kempe_outcome_text(page->head.outcome),
+                 page->head.reason ? page->head.reason : "", s->n, s->m);
+    for (int k = 0; k < page->motion.record_count; k++)
+        if (page->motion.records[k].row.rows > 0)
+            kmp_record_put(json, &page->motion.records[k]);
     kmp_json_end(json);
-    kmp_motion_picture(json, "picture", s->model, page->frames, page->frame_x, &page->arrows);
+    const kmp_shown length = kmp_shown_as(page->context, "m");
+    kmp_json_put(json, "length { unit %s factor %.17g }", length.unit, length.factor);
+    kmp_motion_picture(json, "picture", s->model, page->picture.frames, page->picture.x, &page->picture.arrows);
     kmp_json_end(json);
 }
 
@@ -167,17 +170,17 @@ kempe_status kmp_page_write(const kmp_page_kind *kind, kempe_context *context, c
     kmp_text data = {0};
     kmp_result_page page = {.context = context, .data = kmp_json_begin_as(&data, KMP_JSON_COMPACT)};
     kempe_status status = make_page(&page, kind, system, result, path);
-    for (int k = 0; k < page.record_count; k++)
-        kmp_record_free(&page.records[k]);
-    kmp_record_free(&page.start);
-    kmp_samples_free(&page.states);
-    kempe_table_free(page.table);
+    for (int k = 0; k < page.motion.record_count; k++)
+        kmp_record_free(&page.motion.records[k]);
+    kmp_record_free(&page.picture.start);
+    kmp_samples_free(&page.picture.states);
+    kempe_table_free(page.curves.table);
     kempe_statistics_free(page.statistics);
-    kempe_table_free(page.reactions);
-    kempe_table_free(page.bearings);
-    kmp_picture_forces_free(&page.arrows);
-    kempe_comfort_free(page.comfort);
-    kempe_text_free(page.text);
+    kempe_table_free(page.loads.reactions);
+    kempe_table_free(page.loads.bearings);
+    kmp_picture_forces_free(&page.picture.arrows);
+    kempe_comfort_free(page.motion.comfort);
+    kempe_text_free(page.head.text);
     kempe_system_free(page.own);
     kmp_arena_free(&page.arena);
     kmp_text_free(&data);

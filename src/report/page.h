@@ -11,7 +11,8 @@
 #include <kempe/kempe.h>
 
 /** The files of the same names line by line, newlines included, as embedded by the build; NULL ends each. */
-extern const char *const kmp_report_html[], *const kmp_stage_html[], *const kmp_records_html[], *const kmp_report_css[];
+extern const char *const kmp_report_html[],
+    *const kmp_stage_html[], *const kmp_records_html[], *const kmp_report_css[], *const kmp_shared_look_css[];
 extern const char *const kmp_comparison_html[], *const kmp_modes_view_html[], *const kmp_result_html[];
 extern const char *const kmp_phrases_js[],
     *const kmp_plots_js[], *const kmp_records_js[], *const kmp_animation_js[], *const kmp_stage_views_js[];
@@ -35,6 +36,55 @@ enum { KMP_PAGE_FACTS = 6, KMP_PAGE_FIRST = 20 };
 /** The line from a row to the next one in a diagram. */
 typedef enum kmp_page_join { KMP_JOIN_NONE, KMP_JOIN_SOLID, KMP_JOIN_DASHED } kmp_page_join;
 
+/** The result in a few words, and the printed one. */
+typedef struct kmp_page_head {
+    const char *scene;             /* next to the name of the model */
+    const char *answer;            /* the result in a few words */
+    kempe_outcome outcome;         /* of the result */
+    const char *reason, *warnings; /* "" and NULL: none; one a line */
+    kmp_page_fact fact[KMP_PAGE_FACTS];
+    int fact_count;
+    char *text; /* the printed result */
+} kmp_page_head;
+
+/** The columns of a table over one of them. */
+typedef struct kmp_page_curves {
+    kempe_table *table;                /* NULL: no curves */
+    const kempe_table *earlier;        /* of another run, whose curves are behind; NULL: none */
+    const char *x;                     /* the column that curves are over */
+    bool logarithmic;                  /* over a logarithmic x */
+    bool scattered;                    /* rows are points in any order, not a curve */
+    bool locked;                       /* rates may grow without bound in the last row: no part of extreme values */
+    const kmp_page_join *joins;        /* of scattered rows, how each is joined to the one before; NULL: not at all */
+    const char *first[KMP_PAGE_FIRST]; /* columns whose curves are drawn at first */
+    int first_count;
+    int left_out; /* outputs that are not in the table */
+} kmp_page_curves;
+
+/** The loads of joints and of their bearings; NULL: none. */
+typedef struct kmp_page_loads {
+    kempe_table *reactions, *bearings;
+    double peaks[2]; /* the times between which reactions are the largest of the motion; equal: of rows */
+} kmp_page_loads;
+
+/** Runs over time; tables without rows are not shown. */
+typedef struct kmp_page_motion {
+    int record_count;
+    kmp_record *records;
+    const kempe_trajectory *run; /* the run of the first record, whose contacts and wheels are drawn; NULL: none */
+    kempe_comfort *comfort;      /* of that run; NULL: none */
+} kmp_page_motion;
+
+typedef struct kmp_page_picture {
+    const kmp_samples *frames; /* NULL: no picture */
+    const double *x;           /* of each frame; NULL: their times */
+    kmp_picture_forces arrows;
+    bool separate;      /* frames are states with no motion between them */
+    kmp_samples states; /* the frames of kmp_page_add_frames */
+    double *zero;       /* n + m: their rates and multipliers, which pictures do not use */
+    kmp_record start;   /* a run only for the frames, or its start */
+} kmp_page_picture;
+
 /** A page while it is made, with all that it refers to. */
 typedef struct kmp_result_page {
     const kempe_system *system;
@@ -43,42 +93,12 @@ typedef struct kmp_result_page {
     kmp_arena arena;
     kmp_json data;        /* an open object */
     kempe_status verdict; /* of the function that has written the page */
-
-    const char *scene;             /* next to the name of the model */
-    const char *answer;            /* the result in a few words */
-    kempe_outcome outcome;         /* of the result */
-    const char *reason, *warnings; /* "" and NULL: none; one a line */
-    kmp_page_fact fact[KMP_PAGE_FACTS];
-    int fact_count;
-    char *text; /* the printed result */
-
-    kempe_table *table;                /* NULL: no curves */
-    const char *x;                     /* the column that curves are over */
-    const kempe_table *earlier;        /* of another run, whose curves are behind; NULL: none */
-    bool logarithmic;                  /* over a logarithmic x */
-    bool scattered;                    /* rows are points in any order, not a curve */
-    bool locked;                       /* rates may grow without bound in the last row: no part of extreme values */
-    const kmp_page_join *joins;        /* of scattered rows, how each is joined to the one before; NULL: not at all */
-    const char *first[KMP_PAGE_FIRST]; /* columns whose curves are drawn at first */
-    int first_count;
-    int left_out;                 /* outputs that are not in the table */
+    kmp_page_head head;
+    kmp_page_curves curves;
     kempe_statistics *statistics; /* of an ensemble; NULL: none */
-    kempe_table *reactions;       /* of the joints; NULL: none */
-    double peaks[2];              /* the times between which they are the largest of the motion; equal: of rows */
-    kempe_table *bearings;        /* their loads; NULL: none */
-
-    int record_count; /* runs over time; tables without rows are not shown */
-    kmp_record *records;
-    const kempe_trajectory *run; /* the run of the first record, whose contacts and wheels are drawn; NULL: none */
-    kempe_comfort *comfort;      /* of that run; NULL: none */
-
-    const kmp_samples *frames; /* NULL: no picture */
-    const double *frame_x;     /* x of each frame; NULL: their times */
-    kmp_picture_forces arrows;
-    bool separate;      /* frames are states with no motion between them */
-    kmp_samples states; /* the frames of kmp_page_add_frames */
-    double *zero;       /* n + m: their rates and multipliers, which pictures do not use */
-    kmp_record start;   /* a run only for the frames, or its start */
+    kmp_page_loads loads;
+    kmp_page_motion motion;
+    kmp_page_picture picture;
 } kmp_result_page;
 
 /** Its sections, and the scripts after the scripts of all pages. */

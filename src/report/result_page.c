@@ -33,12 +33,12 @@ static int choose_stride(int rows, int most)
     return rows > most ? (rows + most - 2) / (most - 1) : 1;
 }
 
-bool kmp_page_is_first(const kmp_result_page *page, int column)
+bool kmp_page_is_first(const kmp_page_curves *curves, int column)
 {
-    const char *name = kempe_table_column_name(page->table, column);
-    bool first = strcmp(name, page->x) == 0;
-    for (int k = 0; k < page->first_count && !first; k++)
-        first = strcmp(name, page->first[k]) == 0;
+    const char *name = kempe_table_column_name(curves->table, column);
+    bool first = strcmp(name, curves->x) == 0;
+    for (int k = 0; k < curves->first_count && !first; k++)
+        first = strcmp(name, curves->first[k]) == 0;
     return first;
 }
 
@@ -75,25 +75,25 @@ static kmp_series_summary summary_of_points(int rows, const double *x, const dou
     return s;
 }
 
-static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, int column)
+static void put_summary(kmp_json *json, const kmp_page_curves *curves, const double *x, int column)
 {
-    const double *y = kempe_table_values(page->table, column);
-    int all = kempe_table_row_count(page->table), rows = page->locked && all > 2 ? all - 1 : all;
-    bool points = page->scattered || kmp_table_has_points(page->table, column);
+    const double *y = kempe_table_values(curves->table, column);
+    int all = kempe_table_row_count(curves->table), rows = curves->locked && all > 2 ? all - 1 : all;
+    bool points = curves->scattered || kmp_table_has_points(curves->table, column);
     kmp_series_summary s = points ? summary_of_points(rows, x, y) : kmp_series_summarise(rows, x, y, 1);
     const double numbers[] = {s.low, s.low_at, s.high, s.high_at, s.mean, s.rms};
     kmp_json_rounded_numbers(json, "summary", sizeof numbers / sizeof *numbers, numbers, 7);
 }
 
-static void put_columns(kmp_json *json, const kmp_result_page *page, int x, strides stride, double *room)
+static void put_columns(kmp_json *json, const kmp_page_curves *curves, int x, strides stride, double *room)
 {
-    const kempe_table *table = page->table;
+    const kempe_table *table = curves->table;
     int rows = kempe_table_row_count(table), columns = kempe_table_column_count(table);
     for (int c = 0; c < columns; c++) {
         const double *values = kempe_table_values(table, c);
         if (!values)
             continue;
-        bool whole = kmp_page_is_first(page, c) || kmp_table_has_points(table, c);
+        bool whole = kmp_page_is_first(curves, c) || kmp_table_has_points(table, c);
         int every = whole ? stride.first : stride.other, count = thin(rows, every, values, room);
         kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
                      every / stride.first);
@@ -103,25 +103,25 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
             kmp_json_put(json, "look %s of %s",
                          kmp_table_column_look(table, c) == KMP_LOOK_POINTS ? "points" : "residuals",
                          curve >= 0 ? kempe_table_column_name(table, curve) : "");
-        put_summary(json, page, kempe_table_values(table, x), c);
+        put_summary(json, curves, kempe_table_values(table, x), c);
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);
     }
 }
 
 /* The columns of an earlier run that the table has, too, in its units. */
-static void put_earlier(kmp_json *json, const kmp_result_page *page, double *room)
+static void put_earlier(kmp_json *json, const kmp_page_curves *curves, double *room)
 {
-    const kempe_table *earlier = page->earlier;
+    const kempe_table *earlier = curves->earlier;
     const int rows = kempe_table_row_count(earlier), columns = kempe_table_column_count(earlier);
-    const int stride = choose_stride(rows, MOST_NUMBERS / 2 / (page->first_count + 1));
+    const int stride = choose_stride(rows, MOST_NUMBERS / 2 / (curves->first_count + 1));
     kmp_json_put(json, "earlier { name %s columns [", kempe_table_name(earlier));
     for (int c = 0; c < columns; c++) {
-        const int own = kempe_table_find(page->table, kempe_table_column_name(earlier, c));
+        const int own = kempe_table_find(curves->table, kempe_table_column_name(earlier, c));
         kmp_unit unit = {.factor = 1, .divisor = 1};
-        if (own < 0 || !kmp_page_is_first(page, own))
+        if (own < 0 || !kmp_page_is_first(curves, own))
             continue;
-        const char *shown = kempe_table_unit(page->table, own);
+        const char *shown = kempe_table_unit(curves->table, own);
         (void)kmp_unit_read(shown, strlen(shown), &unit);
         int count = 0;
         for (int row = 0; row < rows; row += stride)
@@ -134,46 +134,47 @@ static void put_earlier(kmp_json *json, const kmp_result_page *page, double *roo
 }
 
 /* Of rows that are all drawn. */
-static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, bool whole)
+static void put_joins(kmp_json *json, const kmp_page_curves *curves, int rows, bool whole)
 {
-    if (!page->joins || !whole) {
+    if (!curves->joins || !whole) {
         kmp_json_string(json, "joins", NULL);
         return;
     }
     kmp_json_array(json, "joins");
     for (int k = 0; k < rows; k++)
-        kmp_json_number(json, NULL, page->joins[k]);
+        kmp_json_number(json, NULL, curves->joins[k]);
     kmp_json_end(json);
 }
 
-static void put_series(kmp_json *json, const kmp_result_page *page)
+static void put_series(kmp_json *json, const kmp_page_curves *curves)
 {
-    const kempe_table *table = page->table;
-    int x = table && page->x ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
-    const int most = page->earlier ? kempe_table_row_count(page->earlier) : 0;
+    const kempe_table *table = curves->table;
+    int x = table && curves->x ? kempe_table_find(table, curves->x) : -1,
+        rows = table ? kempe_table_row_count(table) : 0;
+    const int most = curves->earlier ? kempe_table_row_count(curves->earlier) : 0;
     double *room = x >= 0 && rows > 0 ? KMP_NEW(double, rows > most ? rows : most) : NULL;
     json->text->failed = json->text->failed || (x >= 0 && rows > 0 && !room);
     if (!room) {
         kmp_json_string(json, "series", NULL);
         return;
     }
-    const int columns = kempe_table_column_count(table), first = page->first_count + 1, others = columns - first;
+    const int columns = kempe_table_column_count(table), first = curves->first_count + 1, others = columns - first;
     const int each = choose_stride(rows, MOST_NUMBERS / 2 / first), drawn = (rows - 1) / each + 1;
     const int more = others > 0 ? choose_stride(drawn, (MOST_NUMBERS - first * drawn) / others) : 1;
     const strides stride = {each, each * more};
     kmp_json_put(json, "series { x %s logarithmic %i scattered %i rows %d stride %d drawn %d left_out %d first [",
-                 page->x, page->logarithmic, page->scattered, rows, stride.first,
-                 thin(rows, stride.first, kempe_table_values(table, x), room), page->left_out);
-    for (int k = 0; k < page->first_count; k++)
-        kmp_json_string(json, NULL, page->first[k]);
+                 curves->x, curves->logarithmic, curves->scattered, rows, stride.first,
+                 thin(rows, stride.first, kempe_table_values(table, x), room), curves->left_out);
+    for (int k = 0; k < curves->first_count; k++)
+        kmp_json_string(json, NULL, curves->first[k]);
     kmp_json_put(json, "] columns [");
-    put_columns(json, page, x, stride, room);
+    put_columns(json, curves, x, stride, room);
     kmp_json_put(json, "]");
-    if (page->earlier)
-        put_earlier(json, page, room);
+    if (curves->earlier)
+        put_earlier(json, curves, room);
     else
         kmp_json_string(json, "earlier", NULL);
-    put_joins(json, page, rows, stride.first == 1);
+    put_joins(json, curves, rows, stride.first == 1);
     kmp_json_end(json);
     kmp_free(room);
 }
@@ -293,15 +294,15 @@ static void put_owners(kmp_json *json, const kempe_model *model)
 
 static void put_words(kmp_json *json, const kmp_result_page *page)
 {
-    const char *word = kempe_outcome_text(page->outcome);
+    const char *word = kempe_outcome_text(page->head.outcome);
     kmp_text answer = {0};
-    kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
+    kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->head.answer);
     kmp_json_text(json, "answer", &answer);
-    kmp_json_put(json, "warnings %s text %s facts [", page->warnings ? page->warnings : "",
-                 page->text ? page->text : "");
-    for (int k = 0; k < page->fact_count; k++)
-        kmp_json_put(json, "{ name %s value %s limit %s beyond %i }", page->fact[k].name, page->fact[k].value,
-                     page->fact[k].limit, page->fact[k].beyond);
+    kmp_json_put(json, "warnings %s text %s facts [", page->head.warnings ? page->head.warnings : "",
+                 page->head.text ? page->head.text : "");
+    for (int k = 0; k < page->head.fact_count; k++)
+        kmp_json_put(json, "{ name %s value %s limit %s beyond %i }", page->head.fact[k].name, page->head.fact[k].value,
+                     page->head.fact[k].limit, page->head.fact[k].beyond);
     kmp_json_end(json);
 }
 
@@ -310,11 +311,11 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
 static void put_stopped(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_system *system = page->system;
-    const kmp_samples *rows = page->frames;
-    bool stopped = page->reason && !kmp_outcome_is_complete(page->outcome);
+    const kmp_samples *rows = page->picture.frames;
+    bool stopped = page->head.reason && !kmp_outcome_is_complete(page->head.outcome);
     kmp_json_array(json, "stopped_at");
-    if (stopped && put_named(json, system->model, page->reason) == 0 && page->outcome != KEMPE_OUTCOME_STOPPED &&
-        page->run) {
+    if (stopped && put_named(json, system->model, page->head.reason) == 0 &&
+        page->head.outcome != KEMPE_OUTCOME_STOPPED && page->motion.run) {
         int best = -1;
         double most = 0;
         for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {
@@ -385,18 +386,18 @@ static void put(kmp_result_page *page)
 {
     kmp_json *json = &page->data;
     put_words(json, page);
-    put_series(json, page);
+    put_series(json, &page->curves);
     put_stopped(json, page);
-    kmp_contact_drawing(json, page->run, page->run ? &page->records->row : NULL);
-    kmp_vehicle_drawing(json, page->run, page->comfort);
+    kmp_contact_drawing(json, page->motion.run, page->motion.run ? &page->motion.records->row : NULL);
+    kmp_vehicle_drawing(json, page->motion.run, page->motion.comfort);
     put_owners(json, page->system->model);
-    kmp_json_put(json, "separate %i locked %i", page->separate, page->locked);
+    kmp_json_put(json, "separate %i locked %i", page->picture.separate, page->curves.locked);
     kmp_statistics_put(json, "statistics", page->statistics);
-    put_table(json, "reactions", page->reactions);
-    if (page->peaks[1] > page->peaks[0])
-        kmp_json_numbers(json, "reaction_peaks", 2, page->peaks);
-    if (kempe_table_row_count(page->bearings) > 0)
-        put_table(json, "bearings", page->bearings);
+    put_table(json, "reactions", page->loads.reactions);
+    if (page->loads.peaks[1] > page->loads.peaks[0])
+        kmp_json_numbers(json, "reaction_peaks", 2, page->loads.peaks);
+    if (kempe_table_row_count(page->loads.bearings) > 0)
+        put_table(json, "bearings", page->loads.bearings);
     put_parameters(json, page->system->model);
     put_files(json, page->system->model);
 }

@@ -7,4 +7,4 @@
 extern const kmp_page_view kmp_result_view;
 
 /** True for the abscissa, and for columns that are drawn at first. */
-bool kmp_page_is_first(const kmp_result_page *page, int column);
+bool kmp_page_is_first(const kmp_page_curves *curves, int column);

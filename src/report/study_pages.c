@@ -45,21 +45,21 @@ static void add_fact(kmp_result_page *page, const char *name, const char *format
     kmp_text value = {0};
     KMP_TEXT_ARGUMENTS(&value, format);
     const char *kept = kmp_text_keep(&value, &page->arena);
-    if (page->fact_count < KMP_PAGE_FACTS)
-        page->fact[page->fact_count++] = (kmp_page_fact){.name = name, .value = kept};
+    if (page->head.fact_count < KMP_PAGE_FACTS)
+        page->head.fact[page->head.fact_count++] = (kmp_page_fact){.name = name, .value = kept};
 }
 
 /* Columns that are drawn at first: up to `most` whose names begin with one of the words, or after '*' end with it. */
 static void choose_first(kmp_result_page *page, const char *words, int most)
 {
     for (size_t length; (length = strcspn(words, " ")) > 0; words += length + strspn(words + length, " "))
-        for (int c = 0; c < kempe_table_column_count(page->table) && page->first_count < most; c++) {
-            const char *name = kempe_table_column_name(page->table, c);
+        for (int c = 0; c < kempe_table_column_count(page->curves.table) && page->curves.first_count < most; c++) {
+            const char *name = kempe_table_column_name(page->curves.table, c);
             size_t rest = strlen(name);
             bool begins = strncmp(name, words, length) == 0, ends = *words == '*' && rest + 1 >= length;
             ends = ends && strncmp(name + rest + 1 - length, words + 1, length - 1) == 0;
-            if ((begins || ends) && kempe_table_values(page->table, c) && !kmp_page_is_first(page, c))
-                page->first[page->first_count++] = name;
+            if ((begins || ends) && kempe_table_values(page->curves.table, c) && !kmp_page_is_first(&page->curves, c))
+                page->curves.first[page->curves.first_count++] = name;
         }
 }
 
@@ -69,20 +69,20 @@ static kempe_status fill_kinematics(kmp_result_page *page, const void *result)
 {
     const kempe_kinematics *k = result;
     kmp_page_set_outcome(page, kmp_outcome_of(k->status), k->reason, k->warnings, "position analysis");
-    page->answer = kmp_arena_printf(&page->arena, "%d positions, %d dead centre%s", k->count, k->dead_count,
-                                    k->dead_count == 1 ? "" : "s");
-    KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_kinematics_table(k, "rows", &page->table));
+    page->head.answer = kmp_arena_printf(&page->arena, "%d positions, %d dead centre%s", k->count, k->dead_count,
+                                         k->dead_count == 1 ? "" : "s");
+    KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_kinematics_table(k, "rows", &page->curves.table));
     /* A column of the swept value if it ascends all along, otherwise s, which always does. */
     const char *swept =
         k->time >= 0 ? "t" : kmp_arena_printf(&page->arena, "q.%s", kmp_kinematics_name(k, &k->parameter[k->first]));
-    int column = swept ? kempe_table_find(page->table, swept) : -1;
-    const double *x = column >= 0 ? kempe_table_values(page->table, column) : NULL;
-    page->x = x ? swept : "s";
+    int column = swept ? kempe_table_find(page->curves.table, swept) : -1;
+    const double *x = column >= 0 ? kempe_table_values(page->curves.table, column) : NULL;
+    page->curves.x = x ? swept : "s";
     for (int row = 1; x && row < k->count; row++)
         if (!(x[row] > x[row - 1]))
-            page->x = "s";
-    page->frame_x = kempe_table_values(page->table, kempe_table_find(page->table, page->x));
+            page->curves.x = "s";
+    page->picture.x = kempe_table_values(page->curves.table, kempe_table_find(page->curves.table, page->curves.x));
     choose_first(page, "q. position. sensor. energy.", KMP_PAGE_FIRST / 2);
     return kmp_page_add_frames(page, k->count, k->q, k->system->n, NULL);
 }
@@ -95,33 +95,34 @@ static void add_peak(kmp_result_page *page, const char *fact, const char *word)
     size_t length = strlen(word);
     int best = -1;
     double most = -1;
-    for (int c = 0; c < kempe_table_column_count(page->table); c++)
-        for (int row = 0; row < kempe_table_row_count(page->table); row++) {
-            double x = fabs(kempe_table_number(page->table, row, c));
-            if (strncmp(kempe_table_column_name(page->table, c), word, length) == 0 && x > most) {
+    for (int c = 0; c < kempe_table_column_count(page->curves.table); c++)
+        for (int row = 0; row < kempe_table_row_count(page->curves.table); row++) {
+            double x = fabs(kempe_table_number(page->curves.table, row, c));
+            if (strncmp(kempe_table_column_name(page->curves.table, c), word, length) == 0 && x > most) {
                 most = x;
                 best = c;
             }
         }
     if (best < 0)
         return;
-    const char *name = kempe_table_column_name(page->table, best) + length;
+    const char *name = kempe_table_column_name(page->curves.table, best) + length;
     add_fact(page, kmp_arena_printf(&page->arena, "%s, %s", fact, name), "%.4g %s", most,
-             kempe_table_unit(page->table, best));
+             kempe_table_unit(page->curves.table, best));
 }
 
 static kempe_status fill_inverse(kmp_result_page *page, const void *result)
 {
     const kempe_inverse *r = result;
     kmp_page_set_outcome(page, kempe_inverse_outcome(r), r->reason, r->warnings, "inverse dynamics");
-    page->answer = kmp_is_complete(r->status) ? kmp_arena_printf(&page->arena, "Forces of %d actuator%s at %d instants",
-                                                                 r->a, r->a == 1 ? "" : "s", r->rows)
-                                              : kmp_arena_printf(&page->arena, "Stopped after %d instants", r->rows);
-    KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_inverse_table(r, "rows", &page->table));
-    KMP_TRY(kempe_inverse_table(r, "reactions", &page->reactions));
-    KMP_TRY(kmp_picture_forces_of_inverse(&page->arrows, r));
-    page->x = "t";
+    page->head.answer = kmp_is_complete(r->status)
+                            ? kmp_arena_printf(&page->arena, "Forces of %d actuator%s at %d instants", r->a,
+                                               r->a == 1 ? "" : "s", r->rows)
+                            : kmp_arena_printf(&page->arena, "Stopped after %d instants", r->rows);
+    KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_inverse_table(r, "rows", &page->curves.table));
+    KMP_TRY(kempe_inverse_table(r, "reactions", &page->loads.reactions));
+    KMP_TRY(kmp_picture_forces_of_inverse(&page->picture.arrows, r));
+    page->curves.x = "t";
     add_peak(page, "largest force or torque", "tau.");
     add_peak(page, "largest power", "power.");
     choose_first(page, "tau. power.", KMP_PAGE_FIRST);
@@ -135,12 +136,12 @@ static kempe_status fill_response(kmp_result_page *page, const void *result)
     const kempe_response *r = result;
     kmp_page_set_outcome(page, kmp_outcome_of(r->channels.status), NULL, r->channels.warnings,
                          r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
-    page->answer = kmp_arena_printf(&page->arena, "%d resonance%s among %d frequencies", r->frequency.peak_count,
-                                    r->frequency.peak_count == 1 ? "" : "s", r->frequency.count);
-    KMP_TRY(kempe_response_print(r, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_response_table(r, "rows", &page->table));
-    page->x = "frequency";
-    page->logarithmic = !r->linear;
+    page->head.answer = kmp_arena_printf(&page->arena, "%d resonance%s among %d frequencies", r->frequency.peak_count,
+                                         r->frequency.peak_count == 1 ? "" : "s", r->frequency.count);
+    KMP_TRY(kempe_response_print(r, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_response_table(r, "rows", &page->curves.table));
+    page->curves.x = "frequency";
+    page->curves.logarithmic = !r->linear;
     choose_first(page, "*.amplitude *.phase", KMP_PAGE_FIRST);
     return kmp_page_add_frames(page, 1, r->channels.at->q, 0, NULL);
 }
@@ -153,13 +154,14 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
     const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
     kmp_page_set_outcome(page, kmp_outcome_of(e->status), NULL, e->warnings,
                          e->rate_count > 0 ? "steady motion" : "static equilibrium");
-    page->answer = e->count == 1 ? kmp_arena_printf(&page->arena, "One equilibrium: %s", stability)
-                                 : kmp_arena_printf(&page->arena, "%d equilibria, the first %s", e->count, stability);
-    KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->table));
-    KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->reactions));
-    KMP_TRY(kmp_picture_forces_of_equilibria(&page->arrows, e));
-    page->separate = true;
+    page->head.answer = e->count == 1
+                            ? kmp_arena_printf(&page->arena, "One equilibrium: %s", stability)
+                            : kmp_arena_printf(&page->arena, "%d equilibria, the first %s", e->count, stability);
+    KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_equilibrium_table(e, "equilibria", &page->curves.table));
+    KMP_TRY(kempe_equilibrium_table(e, "reactions", &page->loads.reactions));
+    KMP_TRY(kmp_picture_forces_of_equilibria(&page->picture.arrows, e));
+    page->picture.separate = true;
     for (int k = 0; k < e->count; k++)
         KMP_TRY(kmp_page_add_frames(page, 1, e->balance[k].q, 0, (double[]){k + 1}));
     return KEMPE_OK;
@@ -172,33 +174,35 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
                                    const char *told)
 {
-    const kmp_instance_sums sums = kmp_instances_sum(page->table, 0);
+    const kmp_instance_sums sums = kmp_instances_sum(page->curves.table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
     KMP_TRY(kmp_page_take(page, page->own));
     kmp_page_set_outcome(page, outcome, NULL, NULL, "ensemble");
-    page->answer = kmp_arena_printf(&page->arena, "%ld of %ld instances reached the end", sums.ok, sums.count);
-    page->x = kempe_table_find(page->table, "status") > 0 ? kempe_table_column_name(page->table, 0) : "";
-    page->scattered = true;
+    page->head.answer = kmp_arena_printf(&page->arena, "%ld of %ld instances reached the end", sums.ok, sums.count);
+    page->curves.x =
+        kempe_table_find(page->curves.table, "status") > 0 ? kempe_table_column_name(page->curves.table, 0) : "";
+    page->curves.scattered = true;
     /* Quantities are drawn in place of the states, with their statistics. */
     double part, low, high;
-    if (kmp_statistics_has_quantities(page->table) && kmp_outcome_is_complete(page->outcome)) {
-        KMP_TRY(kempe_statistics_new(page->table, 0, &page->statistics));
-        for (int c = 0; c < kempe_table_column_count(page->table) && page->first_count < KMP_PAGE_FIRST / 2; c++)
-            if (kmp_statistics_is_quantity(page->table, c))
-                page->first[page->first_count++] = kempe_table_column_name(page->table, c);
+    if (kmp_statistics_has_quantities(page->curves.table) && kmp_outcome_is_complete(page->head.outcome)) {
+        KMP_TRY(kempe_statistics_new(page->curves.table, 0, &page->statistics));
+        for (int c = 0;
+             c < kempe_table_column_count(page->curves.table) && page->curves.first_count < KMP_PAGE_FIRST / 2; c++)
+            if (kmp_statistics_is_quantity(page->curves.table, c))
+                page->curves.first[page->curves.first_count++] = kempe_table_column_name(page->curves.table, c);
         if (kmp_statistics_yield(page->statistics, &part, &low, &high))
             add_fact(page, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
     kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, model->name, page->table, page->statistics,
-                      page->outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
+    kmp_instances_put(&text, model->name, page->curves.table, page->statistics,
+                      page->head.outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
     if (told)
         kmp_text_put(&warnings, told);
     else
         kmp_instances_put_warnings(&warnings, &sums);
-    page->warnings = kmp_text_keep(&warnings, &page->arena);
-    KMP_TRY(kmp_print_finish(page->context, &text, &page->text));
-    if (page->first_count == 0)
+    page->head.warnings = kmp_text_keep(&warnings, &page->arena);
+    KMP_TRY(kmp_print_finish(page->context, &text, &page->head.text));
+    if (page->curves.first_count == 0)
         choose_first(page, "q.", KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
     kempe_status status = kmp_assemble_start(page->system, &start);
@@ -212,7 +216,7 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
 
 static kempe_status fill_batch(kmp_result_page *page, const void *result)
 {
-    KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->table));
+    KMP_TRY(kempe_ensemble_result_table(result, "instances", &page->curves.table));
     return fill_instances(page, kmp_batch_model(result), kmp_outcome_of(kmp_batch_status(result)),
                           kmp_batch_warnings(result));
 }
@@ -228,7 +232,7 @@ static kempe_status fill_gathered(kmp_result_page *page, const void *result)
 {
     const gathered *g = result;
     KMP_TRY(kmp_folder_check_model(g->folder, g->model));
-    kempe_status status = kmp_folder_table(g->folder, &page->table);
+    kempe_status status = kmp_folder_table(g->folder, &page->curves.table);
     if (status != KEMPE_OK)
         return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
     page->verdict = kmp_folder_judge(g->folder, KEMPE_OK);
@@ -270,18 +274,18 @@ static void merge_rows(kempe_table *made, const kempe_table *rows, const kempe_t
 /* Rows of measurements become points of curves that continue between them. `words`: the outputs that are measured. */
 static kempe_status add_curves_between(kmp_result_page *page, const kempe_trajectory *motion, const char *words)
 {
-    kempe_table *outputs = NULL, *made = kmp_tabulate(page->context, kempe_table_name(page->table));
+    kempe_table *outputs = NULL, *made = kmp_tabulate(page->context, kempe_table_name(page->curves.table));
     kempe_status status = kempe_trajectory_outputs(motion, words, &outputs);
     if (status == KEMPE_OK)
-        merge_rows(made, page->table, outputs);
+        merge_rows(made, page->curves.table, outputs);
     kempe_table_free(outputs);
     if (status != KEMPE_OK) {
         kempe_table_free(made);
         return status;
     }
-    kempe_table_free(page->table);
-    page->table = NULL;
-    return kmp_tabulate_finish(page->context, made, &page->table);
+    kempe_table_free(page->curves.table);
+    page->curves.table = NULL;
+    return kmp_tabulate_finish(page->context, made, &page->curves.table);
 }
 
 /* The motion of a system by its own equations; as the table too, where there is none, or between its rows where there
@@ -297,9 +301,9 @@ static kempe_status add_motion(kmp_result_page *page, double rtol, double t_end,
         const double t = kempe_trajectory_time(motion, k);
         status = kmp_page_add_frames(page, 1, kempe_trajectory_q(motion, k), 0, &t);
     }
-    if (status == KEMPE_OK && !page->table)
-        status = kempe_trajectory_table(motion, "rows", &page->table);
-    if (status == KEMPE_OK && measured && kempe_table_row_count(page->table) < MOST_APART)
+    if (status == KEMPE_OK && !page->curves.table)
+        status = kempe_trajectory_table(motion, "rows", &page->curves.table);
+    if (status == KEMPE_OK && measured && kempe_table_row_count(page->curves.table) < MOST_APART)
         status = add_curves_between(page, motion, measured);
     kempe_trajectory_free(motion);
     return status;
@@ -312,8 +316,8 @@ static kempe_status fill_fit(kmp_result_page *page, const void *result)
         page, kmp_outcome_of(f->status), f->reason, f->warnings,
         f->run_count > 1 ? kmp_arena_printf(&page->arena, "motion of the estimates, data file 1 of %d", f->run_count)
                          : "motion of the estimates");
-    page->answer = kmp_arena_printf(&page->arena, "%d parameter%s from %d measurements", f->count,
-                                    f->count == 1 ? "" : "s", f->residuals);
+    page->head.answer = kmp_arena_printf(&page->arena, "%d parameter%s from %d measurements", f->count,
+                                         f->count == 1 ? "" : "s", f->residuals);
     for (int k = 0; k < f->count; k++) {
         const kmp_shown as = kmp_shown_of(page->system, f->name[k]);
         add_fact(page,
@@ -322,9 +326,9 @@ static kempe_status fill_fit(kmp_result_page *page, const void *result)
                                        : f->name[k],
                  "%.4g%s%s", as.factor * f->value[k], *as.unit ? " " : "", as.unit);
     }
-    KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_fit_table(f, "first", &page->table));
-    page->x = "t";
+    KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_fit_table(f, "first", &page->curves.table));
+    page->curves.x = "t";
     const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
     KMP_TRY(add_motion(page, rows->rtol, rows->t_end, f->run[0].measured.outputs));
     choose_first(page, "q position velocity sensor *", KMP_PAGE_FIRST);
@@ -341,14 +345,14 @@ static kempe_status fill_optimum(kmp_result_page *page, const void *result)
     KMP_TRY(kmp_page_take(page, page->own));
     kmp_page_set_outcome(page, kmp_outcome_of(o->status), o->reason, o->warnings, "motion at the optimum");
     const kmp_shown as = kmp_shown_as(page->context, kmp_print_unknown(page->context, o->objective.list->unit[0]));
-    page->answer = kmp_arena_printf(&page->arena, "%s of %s = %.6g %s", o->most_wanted ? "maximum" : "minimum",
-                                    o->quantity, as.factor * o->at_best[0], as.unit);
+    page->head.answer = kmp_arena_printf(&page->arena, "%s of %s = %.6g %s", o->most_wanted ? "maximum" : "minimum",
+                                         o->quantity, as.factor * o->at_best[0], as.unit);
     for (int k = 0; k < o->count; k++) {
         const kmp_shown value = kmp_shown_of(page->system, o->bounded.name[k]);
         add_fact(page, o->bounded.name[k], "%.4g%s%s", value.factor * o->value[k], *value.unit ? " " : "", value.unit);
     }
-    KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &page->text));
-    page->x = "t";
+    KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &page->head.text));
+    page->curves.x = "t";
     KMP_TRY(add_motion(page, run->rtol, run->t_end > 0 ? run->t_end : page->system->model->run.t_end, NULL));
     choose_first(page, "q. position. state. sensor.", KMP_PAGE_FIRST / 2);
     return KEMPE_OK;
@@ -384,14 +388,14 @@ static kempe_status fill_limit_cycles(kmp_result_page *page, const void *result)
                          "%.6g%s%s", as.factor * branch->cycle[k]->value, as.unit[0] ? " " : "", as.unit);
     }
     kmp_page_set_outcome(page, kmp_outcome_of(c->status), c->reason, c->warnings, "limit cycles");
-    page->answer = kmp_arena_printf(&page->arena, "%d limit cycle%s on %d branch%s", count, count == 1 ? "" : "s",
-                                    c->branches, c->branches == 1 ? "" : "es");
-    KMP_TRY(kempe_limit_cycles_print(c, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_limit_cycles_table(c, "rows", &page->table));
-    page->x = c->name;
-    page->scattered = true;
-    page->joins = joins_of(page, c, count);
-    KMP_TRY(kmp_made(c->system->context, page->joins));
+    page->head.answer = kmp_arena_printf(&page->arena, "%d limit cycle%s on %d branch%s", count, count == 1 ? "" : "s",
+                                         c->branches, c->branches == 1 ? "" : "es");
+    KMP_TRY(kempe_limit_cycles_print(c, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_limit_cycles_table(c, "rows", &page->curves.table));
+    page->curves.x = c->name;
+    page->curves.scattered = true;
+    page->curves.joins = joins_of(page, c, count);
+    KMP_TRY(kmp_made(c->system->context, page->curves.joins));
     choose_first(page, "*.amplitude", KMP_PAGE_FIRST);
     return c->locus.reached > 0 ? kmp_page_add_frames(page, 1, c->locus.q, 0, NULL) : KEMPE_OK;
 }
@@ -402,14 +406,14 @@ static kempe_status fill_assembly(kmp_result_page *page, const void *result)
 {
     const kempe_assembly *a = result;
     kmp_page_set_outcome(page, a->closed ? KEMPE_OUTCOME_COMPLETE : KEMPE_OUTCOME_FAILED, NULL, NULL, "start");
-    page->answer = a->closed ? "Assembled" : "The loops cannot be closed";
+    page->head.answer = a->closed ? "Assembled" : "The loops cannot be closed";
     kmp_text open = {0};
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
         kmp_text_put(&open, k ? ", " : "loops stay open: ");
         kmp_assembly_put_open(&open, a, a->culprits[k]);
     }
-    page->reason = a->closed || a->culprit_count == 0 ? NULL : kmp_text_keep(&open, &page->arena);
-    KMP_TRY(kempe_assembly_print(a, KEMPE_TEXT, &page->text));
+    page->head.reason = a->closed || a->culprit_count == 0 ? NULL : kmp_text_keep(&open, &page->arena);
+    KMP_TRY(kempe_assembly_print(a, KEMPE_TEXT, &page->head.text));
     return kmp_page_add_frames(page, 1, a->q, 0, NULL);
 }
 
@@ -487,7 +491,7 @@ static kempe_status record_run(const kempe_trajectory *t, kmp_record *record)
 static kempe_status tabulate_outputs(kmp_result_page *page, kmp_output_program *observed)
 {
     const kmp_columns *columns = &observed->columns;
-    const kmp_samples *rows = &page->records->row;
+    const kmp_samples *rows = &page->motion.records->row;
     const kempe_model *model = page->system->model;
     kempe_table *table = kmp_tabulate(page->context, "outputs");
     double *values = KMP_NEW(double, columns->count);
@@ -508,14 +512,14 @@ static kempe_status tabulate_outputs(kmp_result_page *page, kmp_output_program *
     if (!values)
         kmp_tabulate_fail(table);
     kmp_free(values);
-    return kmp_tabulate_finish(page->context, table, &page->table);
+    return kmp_tabulate_finish(page->context, table, &page->curves.table);
 }
 
 static kempe_status add_outputs(kmp_result_page *page)
 {
     kmp_output_program observed = {0};
     kempe_status status = kmp_output_program_init(&observed, page->system, NULL, MOST_COLUMNS, NULL);
-    page->left_out = observed.left_out;
+    page->curves.left_out = observed.left_out;
     if (status == KEMPE_OK)
         status = tabulate_outputs(page, &observed);
     kmp_output_program_free(&observed);
@@ -535,11 +539,11 @@ static kempe_status choose_requested(kmp_result_page *page)
     bool made = kmp_columns_init(&own, page->system, page->system->model, NULL);
     const bool few = own.count - 1 <= KMP_PAGE_FIRST;
     const int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
-    for (int k = 1; made && k < own.count && page->first_count < most; k++)
+    for (int k = 1; made && k < own.count && page->curves.first_count < most; k++)
         if (few || !is_secondary(own.name[k]))
-            page->first[page->first_count++] = kmp_arena_strdup(&page->arena, own.name[k]);
-    if (made && own.count > 1 && page->first_count == 0)
-        page->first[page->first_count++] = kmp_arena_strdup(&page->arena, own.name[1]);
+            page->curves.first[page->curves.first_count++] = kmp_arena_strdup(&page->arena, own.name[k]);
+    if (made && own.count > 1 && page->curves.first_count == 0)
+        page->curves.first[page->curves.first_count++] = kmp_arena_strdup(&page->arena, own.name[1]);
     kmp_columns_free(&own);
     return kmp_made(page->context, made);
 }
@@ -549,8 +553,8 @@ static void limit_fact(kmp_result_page *page, bool beyond, const char *format, .
 {
     kmp_text limit = {0};
     KMP_TEXT_ARGUMENTS(&limit, format);
-    page->fact[page->fact_count - 1].limit = kmp_text_keep(&limit, &page->arena);
-    page->fact[page->fact_count - 1].beyond = beyond;
+    page->head.fact[page->head.fact_count - 1].limit = kmp_text_keep(&limit, &page->arena);
+    page->head.fact[page->head.fact_count - 1].beyond = beyond;
 }
 
 /* The difference of the second run in the coordinate where it is seen most, and what is seen there. */
@@ -596,54 +600,76 @@ static void add_accuracy(kmp_result_page *page, const kempe_trajectory *t)
 static kempe_status fill_simulation(kmp_result_page *page, const void *result)
 {
     const kempe_trajectory *t = result;
-    page->run = t;
-    page->records = KMP_ARENA_NEW(&page->arena, kmp_record, 1);
-    KMP_TRY(kmp_made(page->context, page->records));
-    page->record_count = 1;
-    KMP_TRY(kmp_vehicle_comfort(t, &page->comfort));
-    KMP_TRY(record_run(t, page->records));
+    page->motion.run = t;
+    page->motion.records = KMP_ARENA_NEW(&page->arena, kmp_record, 1);
+    KMP_TRY(kmp_made(page->context, page->motion.records));
+    page->motion.record_count = 1;
+    KMP_TRY(kmp_vehicle_comfort(t, &page->motion.comfort));
+    KMP_TRY(record_run(t, page->motion.records));
     KMP_TRY(add_outputs(page));
     KMP_TRY(choose_requested(page));
-    page->frames = &page->records->row;
-    if (page->frames->rows == 0) {
-        KMP_TRY(kmp_record_start(t->system, &page->start));
-        page->frames = &page->start.row;
+    page->picture.frames = &page->motion.records->row;
+    if (page->picture.frames->rows == 0) {
+        KMP_TRY(kmp_record_start(t->system, &page->picture.start));
+        page->picture.frames = &page->picture.start.row;
     }
     kmp_context_clear(page->context); /* a run that fails has failed again */
-    KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &page->text));
-    KMP_TRY(kempe_trajectory_table(t, "reactions", &page->reactions));
-    KMP_TRY(kempe_trajectory_table(t, "bearings", &page->bearings));
+    KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &page->head.text));
+    KMP_TRY(kempe_trajectory_table(t, "reactions", &page->loads.reactions));
+    KMP_TRY(kempe_trajectory_table(t, "bearings", &page->loads.bearings));
     if (t->watch) {
-        page->peaks[0] = kmp_reaction_watch_found(t->watch)->from;
-        page->peaks[1] = kmp_reaction_watch_found(t->watch)->until;
+        page->loads.peaks[0] = kmp_reaction_watch_found(t->watch)->from;
+        page->loads.peaks[1] = kmp_reaction_watch_found(t->watch)->until;
     }
     kmp_page_set_outcome(page, kempe_trajectory_outcome(t), t->reason, t->warnings,
                          kmp_arena_printf(&page->arena, "%s%s%s %s, rtol %g", t->spec.formulation,
                                           t->spec.form ? " " : "", t->spec.form ? t->spec.form : "", t->integrator,
                                           t->spec.rtol));
     if (!kmp_is_complete(t->status))
-        page->answer = kmp_arena_printf(&page->arena, "at t = %.6g s", t->report.t);
+        page->head.answer = kmp_arena_printf(&page->arena, "at t = %.6g s", t->report.t);
     else if (t->report.requested)
-        page->answer = kmp_arena_printf(&page->arena, "ended as requested at t = %.6g s", t->report.t);
+        page->head.answer = kmp_arena_printf(&page->arena, "ended as requested at t = %.6g s", t->report.t);
     else
-        page->answer = kmp_arena_printf(&page->arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
-    page->locked = !kmp_is_complete(t->status) && !t->interrupted;
-    KMP_TRY(kmp_picture_forces_of_run(&page->arrows, t->system, &page->records->row, t->least_norm, page->locked));
-    page->x = "t";
+        page->head.answer = kmp_arena_printf(&page->arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
+    page->curves.locked = !kmp_is_complete(t->status) && !t->interrupted;
+    KMP_TRY(kmp_picture_forces_of_run(&page->picture.arrows, t->system, &page->motion.records->row, t->least_norm,
+                                      page->curves.locked));
+    page->curves.x = "t";
     add_accuracy(page, t);
     return KEMPE_OK;
 }
 
+/* A run and a table of an earlier one. */
 typedef struct beside {
     const kempe_trajectory *run;
     const kempe_table *earlier;
+    double own[2], other[2]; /* their first and last times, s */
 } beside;
+
+/* A sentence about two runs with different times; NULL: they are the same, but for the rounding of a file. */
+static char *words_of_ranges(const beside *both, kmp_arena *arena)
+{
+    const double *own = both->own, *other = both->other, near = 1e-6 * (own[1] - own[0]);
+    if (fabs(own[0] - other[0]) <= near && fabs(own[1] - other[1]) <= near)
+        return NULL;
+    return kmp_arena_printf(arena,
+                            "'%s' has times from %.6g to %.6g s, this run from %.6g to %.6g s: its dotted curves are "
+                            "drawn from %.6g to %.6g s",
+                            kempe_table_name(both->earlier), other[0], other[1], own[0], own[1], fmax(own[0], other[0]),
+                            fmin(own[1], other[1]));
+}
 
 static kempe_status fill_beside(kmp_result_page *page, const void *result)
 {
     const beside *both = result;
-    page->earlier = both->earlier;
-    return fill_simulation(page, both->run);
+    page->curves.earlier = both->earlier;
+    KMP_TRY(fill_simulation(page, both->run));
+    const char *told = words_of_ranges(both, &page->arena), *others = page->head.warnings ? page->head.warnings : "";
+    if (told) {
+        kmp_log(page->context, KEMPE_LOG_WARNING, "%s", told);
+        page->head.warnings = kmp_arena_printf(&page->arena, "%s%s%s", told, *others ? "\n" : "", others);
+    }
+    return KEMPE_OK;
 }
 
 /* -- the table --------------------------------------------------------------------------------------- */
@@ -695,18 +721,47 @@ static bool is_of_unit(const char *own, const char *other)
     return !known || kmp_dimension_fits(a.dimension, b.dimension);
 }
 
-/* An earlier run has rows over t, and columns of this run in units of their kind. */
-static kempe_status check_earlier(kempe_context *context, const kempe_trajectory *trajectory,
-                                  const kempe_table *earlier)
+/* The first and the last time of a table, s; infinite in a table without any. */
+static void find_times(const kempe_table *table, double range[2])
 {
+    const int column = kempe_table_find(table, "t");
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    for (int row = 0; column >= 0 && row < kempe_table_row_count(table); row++) {
+        const double t = kmp_table_in_si(table, row, column);
+        range[0] = isfinite(t) ? fmin(range[0], t) : range[0];
+        range[1] = isfinite(t) ? fmax(range[1], t) : range[1];
+    }
+}
+
+/* The times of both runs meet in more than one time, unless one of them has no other. */
+static kempe_status check_times(kempe_context *context, const beside *both)
+{
+    const double *own = both->own, *other = both->other;
+    const double from = fmax(own[0], other[0]), to = fmin(own[1], other[1]);
+    if (from < to || (from == to && (own[0] == own[1] || other[0] == other[1])))
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_INPUT,
+                    "the table '%s' has times from %.6g to %.6g s, this run from %.6g to %.6g s: they do not meet, and "
+                    "nothing can be compared",
+                    kempe_table_name(both->earlier), other[0], other[1], own[0], own[1]);
+}
+
+/* An earlier run has rows over t at times of this run, and columns of this run in units of their kind. */
+static kempe_status check_earlier(kempe_context *context, beside *both)
+{
+    const kempe_table *earlier = both->earlier;
     const char *wrong = "no column of an output that this run has";
     kempe_table *rows = NULL;
-    kempe_status status = kempe_trajectory_table(trajectory, "rows", &rows);
+    kempe_status status = kempe_trajectory_table(both->run, "rows", &rows);
+    if (status == KEMPE_OK)
+        find_times(rows, both->own);
+    find_times(earlier, both->other);
     for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(rows); c++) {
         const char *name = kempe_table_column_name(rows, c), *unit = kempe_table_unit(rows, c);
         const int own = kempe_table_find(earlier, name);
         if (own >= 0 && !is_of_unit(unit, kempe_table_unit(earlier, own)))
-            status = kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has '%s' in %s, this run in %s",
+            status = kmp_fail(context, KEMPE_E_INPUT, "the table '%s' has '%s' in %s, this run in %s",
                               kempe_table_name(earlier), name, kempe_table_unit(earlier, own), unit);
         if (own >= 0 && strcmp(name, "t") != 0)
             wrong = NULL;
@@ -717,9 +772,9 @@ static kempe_status check_earlier(kempe_context *context, const kempe_trajectory
         wrong = "no column t";
     if (!wrong && kempe_table_row_count(earlier) == 0)
         wrong = "no rows";
-    return wrong ? kmp_fail(context, KEMPE_E_ARGUMENT, "the table '%s' has %s: nothing can be compared with this run",
+    return wrong ? kmp_fail(context, KEMPE_E_INPUT, "the table '%s' has %s: nothing can be compared with this run",
                             kempe_table_name(earlier), wrong)
-                 : KEMPE_OK;
+                 : check_times(context, both);
 }
 
 kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *trajectory, const kempe_table *earlier,
@@ -729,7 +784,7 @@ kempe_status kempe_trajectory_write_report_against(const kempe_trajectory *traje
     KMP_WANTED(NULL, trajectory, "trajectory");
     kempe_context *context = trajectory->system->context;
     KMP_WANTED(context, earlier, "earlier");
-    KMP_TRY(check_earlier(context, trajectory, earlier));
-    const beside both = {trajectory, earlier};
+    beside both = {.run = trajectory, .earlier = earlier};
+    KMP_TRY(check_earlier(context, &both));
     return kmp_page_write(&kind, context, trajectory->system, &both, path);
 }

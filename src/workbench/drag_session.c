@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dragging by requests in JSON: each text of a model is prepared once, and the last few are kept. */
 #include "base/json.h"
-#include "base/json_value.h"
 #include "base/memory.h"
-#include "constraints/closing/dragging.h"
+#include "language_server/json_value.h"
 #include "model/data/model.h"
 #include "platform/platform.h"
+#include "workbench/dragging.h"
 #include "workbench/message_lines.h"
 #include <kempe/settings.h>
 #include <kempe/workbench.h>
@@ -219,6 +219,8 @@ static kempe_status answer(kempe_drag *d, const kmp_json_value *request, kmp_jso
     session *s = NULL;
     kmp_drag_report report = {0};
     const char *text = kmp_json_word(request, "text");
+    if (text && kmp_json_member(request, "text")->replaced)
+        return kmp_fail(d->context, KEMPE_E_ARGUMENT, KMP_SERVED_NO_TEXT);
     const kmp_json_value *q = kmp_json_member(request, "q"), *body = kmp_json_member(request, "body");
     if (text)
         KMP_TRY(session_of_text(d, text, &s));

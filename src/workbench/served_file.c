@@ -33,8 +33,9 @@ static kempe_status take_text(kmp_served_file *f)
     kmp_path_state state;
     char *text;
     size_t length;
-    const bool seen = kmp_path_look(f->path, &state);
-    if (seen && f->text && is_same_state(&state, &f->state) && time(NULL) - state.changed > YOUNG_S)
+    const bool seen = kmp_path_look(f->path, &state), back = f->gone && seen;
+    f->gone = !seen;
+    if (seen && !back && f->text && is_same_state(&state, &f->state) && time(NULL) - state.changed > YOUNG_S)
         return KEMPE_OK;
     kmp_context_clear(f->context);
     KMP_TRY(kmp_file_read(f->context, KMP_FILE_MODEL, f->path, &text, &length));
@@ -43,7 +44,7 @@ static kempe_status take_text(kmp_served_file *f)
         return kmp_fail(f->context, KEMPE_E_IO, "'%s' is not a text in UTF-8", f->name);
     }
     f->state = state;
-    if (f->text && f->length == length && memcmp(f->text, text, length) == 0) {
+    if (!back && f->text && f->length == length && memcmp(f->text, text, length) == 0) {
         kmp_free(text);
         return KEMPE_OK;
     }
@@ -99,11 +100,20 @@ void kmp_served_file_put(kmp_served_file *f, kmp_text *out)
     (void)pthread_mutex_unlock(&f->lock);
 }
 
+/* The file was removed from its folder, which is still there and is not a link now. */
+static bool is_removed(const kmp_served_file *f)
+{
+    char real[KMP_PATH_MOST];
+    const bool found = f->gone && f->text && kmp_path_real(f->folder, real);
+    const size_t length = found ? strlen(real) : 0;
+    return found && strncmp(real, f->folder, length) == 0 && strlen(f->folder) <= length + 1;
+}
+
 bool kmp_served_file_write(kmp_served_file *f, const char *text, long *version, kmp_text *why)
 {
     (void)pthread_mutex_lock(&f->lock);
     kempe_status status = take_text(f);
-    bool written = status == KEMPE_OK && f->version == *version;
+    bool written = (status == KEMPE_OK || is_removed(f)) && f->version == *version;
     if (written)
         status = kempe_write_file(f->context, f->path, text);
     if (written && status == KEMPE_OK)

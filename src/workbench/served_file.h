@@ -17,6 +17,7 @@ typedef struct kmp_served_file {
     char *text;
     size_t length;
     long version;         /* from 1 on */
+    bool gone;            /* the file was missing at the last look */
     kmp_path_state state; /* of the file that the text is of */
 } kmp_served_file;
 
@@ -30,6 +31,7 @@ long kmp_served_file_look(kmp_served_file *file, kmp_text *why);
 /** Writes {"name": .., "text": .., "version": ..}. */
 void kmp_served_file_put(kmp_served_file *file, kmp_text *json);
 
-/** Replaces the text as a whole where the file has this version, which becomes the new one's. False: it has another
- * one, and `why` has a sentence if it could not be written ("": another version). */
+/** Replaces the text as a whole where the file has this version, or had it before it was removed; the version becomes
+ * the new one's. False: it has another one, and `why` has a sentence if it could not be written ("": another version).
+ */
 bool kmp_served_file_write(kmp_served_file *file, const char *text, long *version, kmp_text *why);

@@ -115,6 +115,8 @@ static const char *judge(const job *j)
     for (int k = 0; j->files && k < j->files->count; k++)
         if (j->files->items[k]->kind != KMP_JSON_STRING || !is_within(plain_name(j->files->keys[k])))
             return "each of 'files' is a text, and its name is one in the folder of the model";
+        else if (j->files->items[k]->replaced)
+            return KMP_SERVED_NO_TEXT;
     const char *run = kmp_json_word(j->request, "run");
     return run && strlen(run) >= KMP_RUN_NAME ? "'run' is a short name" : NULL;
 }

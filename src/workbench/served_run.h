@@ -4,8 +4,8 @@
  * ask for and stop commands. */
 #pragma once
 
-#include "base/json_value.h"
 #include "base/text.h"
+#include "language_server/json_value.h"
 #include "platform/platform.h"
 #include <pthread.h>
 #include <stdatomic.h>

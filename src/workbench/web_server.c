@@ -3,9 +3,11 @@
  * connection. A request is judged by its host, origin, token and length before any of its body is taken. */
 #include "base/context.h"
 #include "base/file.h"
-#include "base/json_value.h"
+#include "base/loaded_library.h"
 #include "base/memory.h"
+#include "language_server/json_value.h"
 #include "platform/platform.h"
+#include "workbench/message_lines.h"
 #include "workbench/served_file.h"
 #include "workbench/served_run.h"
 #include "workbench/web_parts.h"
@@ -23,6 +25,7 @@ enum {
     MOST_CONNECTIONS = 200,
     PATIENCE_S = 20, /* a client that sends or takes nothing for so long is left */
     LONGEST_WAIT_S = 25,
+    MISSING_S = 1, /* programs that save may remove the file for a moment */
     LOOK_NS = 100000000
 };
 
@@ -71,19 +74,15 @@ static struct {
 #define ONE(name) __typeof__(MHD_##name) *name;
     FUNCTIONS(ONE)
 #undef ONE
-    char missing[200]; /* why it is not there; "": it is */
 } library;
 
-static void load(void)
+static const char *missing(void)
 {
-    void *handle = kmp_library_open(KEMPE_MICROHTTPD_LIBRARY);
-    bool found = handle;
-#define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? kmp_library_find(handle, "MHD_" #name) : NULL;                                   \
-    found = library.name;
-    FUNCTIONS(ONE)
+#define ONE(name) "MHD_" #name,
+    static const char *const names[] = {FUNCTIONS(ONE)};
 #undef ONE
-    (void)snprintf(library.missing, sizeof library.missing, "%s", found ? "" : kmp_library_reason());
+    static kmp_loaded_library loaded = KMP_LOADED_LIBRARY(KEMPE_MICROHTTPD_LIBRARY, names, &library);
+    return kmp_library_missing(&loaded);
 }
 
 /* -- answers ----------------------------------------------------------------------------------------- */
@@ -215,11 +214,14 @@ static long number_of(const request *r, const char *key)
 static enum MHD_Result give_file(request *r)
 {
     const long after = number_of(r, "after");
-    const double until = kmp_wall_now() + LONGEST_WAIT_S;
+    double now = kmp_wall_now(), there = now; /* the last time when the file was there */
+    const double until = now + LONGEST_WAIT_S;
     kmp_text why = {0};
     long version = kmp_served_file_look(&r->bench->file, &why);
-    while (after >= 0 && (version == 0 || version == after)) {
-        if (kmp_wall_now() > until || atomic_load(&r->bench->runs.closing)) {
+    while (after >= 0 && (version == after || (version == 0 && now <= there + MISSING_S))) {
+        now = kmp_wall_now();
+        there = version > 0 ? now : there;
+        if (now > until || atomic_load(&r->bench->runs.closing)) {
             kmp_text_free(&why);
             return give(r, MHD_HTTP_NO_CONTENT, type_of(""));
         }
@@ -241,6 +243,8 @@ static enum MHD_Result put_file(request *r, const kmp_json_value *body)
     kmp_text why = {0};
     if (!text || version < 0)
         return refuse(r, MHD_HTTP_BAD_REQUEST, "'text' and 'version' are required");
+    if (kmp_json_member(body, "text")->replaced)
+        return refuse(r, MHD_HTTP_BAD_REQUEST, KMP_SERVED_NO_TEXT);
     if (kmp_served_file_write(&r->bench->file, text, &version, &why)) {
         kmp_text_printf(&r->answer, "{\"version\": %ld}\n", version);
         return give_json(r, MHD_HTTP_OK);
@@ -454,11 +458,9 @@ static void log_nothing(void *user, const char *format, va_list list)
 
 static kempe_status begin_server(kempe_workbench *w, int port)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    (void)pthread_once(&once, load);
-    if (*library.missing)
+    if (missing())
         return kmp_fail(w->context, KEMPE_E_ARGUMENT, "the workbench needs libmicrohttpd, which is not there: %s",
-                        library.missing);
+                        missing());
     const int wished = port, listens = kmp_loopback_listen(&port);
     if (listens < 0)
         return kmp_fail(w->context, KEMPE_E_IO, "cannot listen at port %d of 127.0.0.1: %s", wished, strerror(errno));

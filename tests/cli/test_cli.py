@@ -3465,6 +3465,8 @@ run: {t_end: 0.05, outputs: [q]}
         self.assertEqual(json.loads(self.expect(0, "simulate", model, "--t-end", "0.5", "--json", "-").stdout)["warnings"], [])
         model.write_text("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}}\n")
         self.assertIn("without inertia         a\n", self.expect(0, "check", model).stdout)
+        model.write_text("kempe: 1\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n")  # it does not rotate
+        self.assertNotIn("without inertia", self.expect(0, "check", model).stdout)
 
     def test_numbers_whose_squares_overflow(self):
         model = self.folder / "large.yaml"

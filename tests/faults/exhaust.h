@@ -160,4 +160,25 @@ static inline void exhaust_all(scene *s, const named_stage *stages, size_t count
     unlink(s->mat);
 }
 
+/* Stages that need nothing from before, as a whole test program. */
+static const named_stage *alone;
+static size_t alone_count;
+static unsigned alone_stride;
+
+static inline void each_allocation_fails_alone(void)
+{
+    scene s = {.context = kempe_context_new()};
+    exhaust_all(&s, alone, alone_count, alone_stride);
+    kempe_context_free(s.context);
+}
+
+static inline int exhaust_alone(const named_stage *stages, size_t count, unsigned stride)
+{
+    alone = stages;
+    alone_count = count;
+    alone_stride = stride;
+    TEST(each_allocation_fails_alone);
+    return check_report();
+}
+
 #endif

@@ -9,6 +9,7 @@ import numpy as np
 from event_motion import Machine
 from random_pairs import Pair
 
+FINER = 1e-2  # times the tolerance of the others: slips of a tyre are small differences of rates, which its accelerations multiply
 KINDS = "pendulum cart slide cam hoist meshed wheel".split()
 ELEMENTS = "rope touch library".split()
 FEATURES = [*KINDS, *ELEMENTS, "touch-circle", "touch-flank", "touch-slot", "cam-flat", "cam-roller", "spring", "harmonic", "kink-position", "jump",
@@ -46,6 +47,9 @@ class ElementPair(Pair):
         for name in self.r.choice(extra, size=int(self.r.integers(0, 3)), replace=False):
             getattr(self, str(name))()
         self.loops += "".join(f"{name}: {{{', '.join(lines)}}}\n" for name, lines in self.sections.items())
+
+    def tolerance(self):
+        return super().tolerance() * (FINER if "wheel" in self.features else 1)
 
     def section(self, name, line):
         self.sections.setdefault(name, []).append(line)

@@ -274,7 +274,7 @@ class Way:
         done = self.kempe("fmu", "pair.yaml", "-o", "pair.fmu", "--kind", "cs", *(more or ["--binary"]))
         if done.returncode:
             return None, self.reason(done)
-        unit = Unit(self.folder / "pair.fmu", self.folder / "unit")
+        unit = Unit(self.folder / "pair.fmu", self.folder / f"unit{len(more)}")  # a loaded library must not be written over
         try:
             first, second = self.reference.awkward
             unit.advance(0.0, first)

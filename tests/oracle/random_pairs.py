@@ -367,11 +367,15 @@ class Pair(Machines):
 
     # -- text
 
+    def tolerance(self):
+        """The relative and the absolute tolerance of the run."""
+        return float(self.r.choice(["1e-8", "1e-9", "1e-10"]))
+
     def write(self):
         if self.contacts:
             self.other["contacts"] = "contacts:\n" + "".join(f"  {text}\n" for text in self.contacts)
         states = "states:\n" + "\n".join(self.states) + "\n" if self.states else ""
-        self.rtol = str(self.r.choice(["1e-8", "1e-9", "1e-10"]))
+        self.rtol = f"{self.tolerance():.0e}"
         self.text = (f"kempe: 1\nname: pair {self.number}\ngravity: {list(map(float, self.gravity))}\nparameters: {{stiff: {self.stiff}, load: 0}}\n"
                      f"ground: {{points: {{N: [1.5, 0.5, 0]{self.points}}}}}\n" + self.other.get("inputs", "")
                      + self.other.get("tables", "") + "bodies:\n" + self.bodies + getattr(self, "loops", "") + states

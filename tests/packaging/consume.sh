@@ -63,6 +63,7 @@ check_extras()
     done
     grep -q '"title": "Kempe model"' "$work/prefix/share/kempe/kempe.schema.json"
     pages=$work/prefix/share/doc/kempe
+    test -z "$(find "$work/prefix" -type d -empty)" || { echo "empty folders:"; find "$work/prefix" -type d -empty; exit 1; }
     "$work/prefix/bin/kempe" --help | grep -q "Pages and examples are in $(realpath "$pages")"
     { "$work/prefix/bin/kempe" --help; cat "$page"; } | grep -oE '(docs|examples)/[a-zA-Z0-9_/]+[.](md|yaml|csv)' | sort -u | while read -r file; do
         test -e "$pages/$file" || { echo "the help names $file, which is not installed"; exit 1; }

@@ -3,10 +3,12 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
+#include "random.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
+#include <kempe/kinematics.h>
 #include <kempe/modes.h>
 #include <kempe/table.h>
 #include <math.h>
@@ -386,6 +388,20 @@ static double roller_path(const kmp_table *polar, double u, double radius, doubl
     return u + atan2(p[1], p[0]);
 }
 
+/* A roller of this radius on the polar profile of a text, pushed along x, at an angle. */
+static loaded rolled(char *model, size_t size, const char *profile, double radius, double angle, double lift)
+{
+    (void)snprintf(model, size,
+                   "kempe: 1\n%sbodies:\n"
+                   "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, "
+                   "points: {C: [0, 0, 0]}}\n"
+                   "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
+                   "loops: {cam: {follower: valve.foot, roller: %.17g, on: {outline: disc, at: shaft.C}}}\n"
+                   "drives: {motor: {joint: turn, angle: \"%.17g + 100*t\"}}\nstart: {q: {lift: %.17g}}\n",
+                   profile, radius, angle, lift);
+    return load_text(model);
+}
+
 /* Beside the places of a coarse profile, where the acceleration of the roller has a kink, and between them. */
 static void a_path_is_exact(void)
 {
@@ -407,16 +423,7 @@ static void a_path_is_exact(void)
         for (int i = -1; i <= 2; i++) {
             double path[3];
             const double angle = roller_path(polar, i < 2 ? x[k] + 1e-7 * i : (x[k] + x[k + 1]) / 2, ROLLER, path);
-            (void)snprintf(
-                model, sizeof model,
-                "kempe: 1\n%sbodies:\n"
-                "  shaft: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, "
-                "points: {C: [0, 0, 0]}}\n"
-                "  valve: {joint: {name: lift, prismatic: x, at: ground}, mass: 0.5, points: {foot: [0, 0, 0]}}\n"
-                "loops: {cam: {follower: valve.foot, roller: 8 mm, on: {outline: disc, at: shaft.C}}}\n"
-                "drives: {motor: {joint: turn, angle: \"%.17g + 100*t\"}}\nstart: {q: {lift: %.17g}}\n",
-                table, -angle, path[0]);
-            loaded l = load_text(model);
+            loaded l = rolled(model, sizeof model, table, ROLLER, -angle, path[0]);
             kempe_trajectory *run = simulate(&l, &ways[3 + k % 2], 1e-4);
             CHECK_NEAR(number_of(run, "q(lift)", false), path[0], 1e-15);
             CHECK_NEAR(number_of(run, "qd(lift)", false), -100 * path[1], 1e-12);
@@ -425,6 +432,259 @@ static void a_path_is_exact(void)
             unload(&l);
         }
     }
+    kmp_table_free(polar);
+}
+
+enum { MOST_PLACES = 2048 };
+
+/* The text of a polar profile with these radii at equal angles, the last of them being the first. */
+static void write_polar(char *text, size_t size, int places, double *x, double *y)
+{
+    size_t at = (size_t)snprintf(text, size, "tables: {r: {periodic: yes, x: [");
+    y[places - 1] = y[0];
+    for (int k = 0; k < 2 * places; k++) {
+        if (k < places)
+            x[k] = 2 * pi * k / (places - 1);
+        at += (size_t)snprintf(text + at, size - at, "%s%.17g",
+                               k == places ? "], y: ["
+                               : k         ? ", "
+                                           : "",
+                               k < places ? x[k] : y[k - places]);
+    }
+    (void)snprintf(text + at, size - at, "]}}\noutlines: {disc: {polar: r}}\n");
+}
+
+/* Random profiles: lift, rate and acceleration by the place on the spline, whose roller is at an angle of its own. */
+static void random_profiles_are_found(void)
+{
+    enum { PROFILES = 100, PLACES = 91, WAVES = 5 };
+    static char text[8192], model[10000];
+    random_seed(31);
+    for (int i = 0; i < PROFILES; i++) {
+        double x[PLACES], y[PLACES], size[WAVES], phase[WAVES], path[3];
+        const double radius = between(0.001, 0.015), u = between(0.05, 6.2);
+        for (int w = 0; w < WAVES; w++) {
+            size[w] = between(0, 0.003) / ((w + 1) * (w + 1));
+            phase[w] = between(0, 2 * pi);
+        }
+        for (int k = 0; k < PLACES; k++) {
+            y[k] = 0.04;
+            for (int w = 0; w < WAVES; w++)
+                y[k] += size[w] * cos((w + 1) * 2 * pi * k / (PLACES - 1) + phase[w]);
+        }
+        write_polar(text, sizeof text, PLACES, x, y);
+        kmp_table *polar = kmp_table_new(KMP_TABLE_PERIODIC, PLACES, x, y);
+        const double angle = roller_path(polar, u, radius, path);
+        loaded l = rolled(model, sizeof model, text, radius, -angle, path[0]);
+        kempe_trajectory *run = simulate(&l, &ways[3 + i % 2], 1e-4);
+        CHECK_NEAR(number_of(run, "q(lift)", false), path[0], 1e-15);
+        CHECK_NEAR(number_of(run, "qd(lift)", false), -100 * path[1], 1e-12);
+        CHECK_NEAR(number_of(run, "qdd(lift)", false), 1e4 * path[2], 3e-8);
+        kempe_trajectory_free(run);
+        unload(&l);
+        kmp_table_free(polar);
+    }
+}
+
+/* A sweep over a nose that is narrower than the longest step: every row is on it, a knife's by the table itself. */
+static void a_sweep_passes_a_narrow_nose(void)
+{
+    enum { PLACES = 181, ROWS = 361 };
+    static char text[16384], model[20000];
+    static double x[PLACES], y[PLACES];
+    for (int k = 0; k < PLACES; k++)
+        y[k] = 0.03 + 0.01 * exp(-pow((2 * pi * k / (PLACES - 1) - 3) / 0.06, 2));
+    write_polar(text, sizeof text, PLACES, x, y);
+    (void)snprintf(model, sizeof model,
+                   "kempe: 1\n%sbodies:\n"
+                   "  s: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, "
+                   "0]}}\n"
+                   "  v: {joint: {name: lift, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                   "loops: {cam: {follower: v.P, knife: yes, on: {outline: disc, at: s.C}}}\nstart: {q: {lift: 0.03}, "
+                   "hold: [turn]}\n",
+                   text);
+    kmp_table *polar = kmp_table_new(KMP_TABLE_PERIODIC, PLACES, x, y);
+    loaded l = load_text(model);
+    kempe_kinematics *k = NULL;
+    kempe_table *rows = NULL;
+    const kempe_kinematics_options ask = {.sweep = "turn=0 deg:360 deg:361"};
+    CHECK(l.system && kempe_kinematics_new(l.system, &ask, &k) == KEMPE_OK &&
+          kempe_kinematics_table(k, "rows", &rows) == KEMPE_OK && kempe_table_row_count(rows) == ROWS);
+    static const char *const columns[] = {"q.lift", "qd.lift", "qdd.lift"};
+    for (int i = 0; rows && i < ROWS; i++)
+        for (int d = 0; d < 3; d++) /* the turn is opposite to the polar angle */
+            CHECK_NEAR(kempe_table_number(rows, i, kempe_table_find(rows, columns[d])),
+                       (d == 1 ? -1 : 1) * kmp_table_value(polar, d, 2 * pi * (ROWS - 1 - i) / (ROWS - 1)),
+                       1e-12 * pow(20, d));
+    kempe_table_free(rows);
+    kempe_kinematics_free(k);
+    unload(&l);
+    kmp_table_free(polar);
+}
+
+/* A nose between two nodes of the search, narrower than their distance, and noise under a flat face: the search ends
+ * beside the place of contact. */
+static void abrupt_profiles_are_refused(void)
+{
+    static char text[100000], model[110000];
+    static double x[MOST_PLACES], y[MOST_PLACES];
+    static const struct {
+        const char *loop, *words;
+        int places;
+        double nose, noise;
+    } cases[] = {
+        {"roller: 1 mm", "loop 'cam': the place of contact on 'disc' is not found at the polar angle 123", 2001, 1e-5,
+         0},
+        {"roller: 8 mm", "or take a smaller roller", 2001, 1e-6, 0},
+        {"flat: x", "is not found at the polar angle", 543, 0, 1e-6},
+    };
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        random_seed(5);
+        for (int k = 0; k < cases[c].places; k++) {
+            const double off = (2 * pi * k / (cases[c].places - 1) - 2 * pi * 700.5 / 2048) / 3e-4;
+            y[k] = 0.03 + cases[c].nose * exp(-off * off) + cases[c].noise * between(-0.5, 0.5);
+        }
+        write_polar(text, sizeof text, cases[c].places, x, y);
+        (void)snprintf(model, sizeof model,
+                       "kempe: 1\n%sbodies:\n"
+                       "  s: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 0]}}\n"
+                       "  v: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                       "loops: {cam: {follower: v.P, %s, on: {outline: disc, at: s.C}}}\n",
+                       text, cases[c].loop);
+        load_rejected(model, cases[c].words);
+    }
+}
+
+/* -- a geared cam and a rocker ----------------------------------------------------------------------------- */
+
+/* The wheel A turns the cam on the wheel B, which is half as fast and opposite. A roller on the cam lifts a slide along
+ * x, and a rod from there turns a rocker: one coordinate, and each of the others is a function of it. */
+enum { CAM_PLACES = 91 };
+static const double TIP = 0.05, ROD = 0.09, PIVOT[2] = {0.12, -0.04};
+
+static double radius_of_profile(int k)
+{
+    const double u = 2 * pi * k / (CAM_PLACES - 1);
+    return 0.04 + 0.004 * cos(u + 0.3) + 0.0008 * cos(3 * u);
+}
+
+/* The distance of the roller and its derivative at the polar angle of the cam. */
+static void lift_towards(const kmp_table *polar, double angle, double lift[2])
+{
+    double low = -0.5, high = 0.5, path[3];
+    angle -= 2 * pi * floor(angle / (2 * pi));
+    for (int k = 0; k < 60; k++) { /* u is near the angle, within a turn */
+        double u = angle + (low + high) / 2;
+        const double turns = floor(u / (2 * pi));
+        u -= 2 * pi * turns;
+        *(roller_path(polar, u, ROLLER, path) + 2 * pi * turns < angle ? &low : &high) = (low + high) / 2;
+    }
+    lift[0] = path[0];
+    lift[1] = path[1];
+}
+
+/* The angle of the rocker whose tip is at the rod's length from the slide, and its slope. */
+static double rocker_at(double slide, double *slope)
+{
+    const double x = slide - PIVOT[0], y = -PIVOT[1], far = hypot(x, y);
+    const double angle = atan2(y, x) - acos((far * far + TIP * TIP - ROD * ROD) / (2 * far * TIP));
+    const double rod[2] = {TIP * cos(angle) - x, TIP * sin(angle) - y};
+    *slope = rod[0] / (TIP * (rod[1] * cos(angle) - rod[0] * sin(angle)));
+    return angle;
+}
+
+/* Inertia about A, and the torque of a force on the slide by unit of it. */
+static double geared_inertia(const kmp_table *polar, double a, double *arm)
+{
+    double lift[2], slope;
+    lift_towards(polar, 0.5 * a, lift); /* the cam turns by -a/2 */
+    (void)rocker_at(lift[0], &slope);
+    *arm = 0.5 * lift[1];
+    return 0.002 + 0.25 * 0.001 + *arm * *arm * (0.5 + 3e-4 * slope * slope);
+}
+
+static double geared_acceleration(const kmp_table *polar, double torque, double a, double v)
+{
+    double arm, other;
+    const double h = 1e-5, inertia = geared_inertia(polar, a, &arm);
+    const double rate = (geared_inertia(polar, a + h, &other) - geared_inertia(polar, a - h, &other)) / (2 * h);
+    return (torque - 60 * arm - rate * v * v / 2) / inertia;
+}
+
+static void geared_motion(const kmp_table *polar, double torque, double end, double *a, double *v)
+{
+    enum { STEPS = 400 };
+    const double h = end / STEPS;
+    for (int i = 0; i < STEPS; i++) {
+        double da[4], dv[4];
+        for (int s = 0; s < 4; s++) {
+            const double part = s == 0 ? 0 : s == 3 ? h : h / 2;
+            da[s] = *v + (s ? part * dv[s - 1] : 0);
+            dv[s] = geared_acceleration(polar, torque, *a + (s ? part * da[s - 1] : 0), da[s]);
+        }
+        *a += h / 6 * (da[0] + 2 * da[1] + 2 * da[2] + da[3]);
+        *v += h / 6 * (dv[0] + 2 * dv[1] + 2 * dv[2] + dv[3]);
+    }
+}
+
+static void a_geared_cam_drives_a_rocker(void)
+{
+    static char text[8192], model[10000];
+    static double x[CAM_PLACES], y[CAM_PLACES];
+    const double torques[] = {0.3, 0.7, -0.2}, end = 0.05;
+    for (int k = 0; k < CAM_PLACES; k++)
+        y[k] = radius_of_profile(k);
+    write_polar(text, sizeof text, CAM_PLACES, x, y);
+    kmp_table *polar = kmp_table_new(KMP_TABLE_PERIODIC, CAM_PLACES, x, y);
+    double lift[2], slope, a[3], v[3];
+    lift_towards(polar, 0.5 * 0.4, lift);
+    (void)snprintf(
+        model, sizeof model,
+        "kempe: 1\nparameters: {torque: 0.3}\n%s"
+        "ground: {points: {W: [-0.15, 0, 0], G: [%g, %g, 0]}}\nbodies:\n"
+        "  a: {joint: {name: A, revolute: z, at: ground.W}, mass: 1, inertia: {zz: 0.002}}\n"
+        "  b: {joint: {name: B, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.001}, points: {C: [0, 0, "
+        "0]}}\n"
+        "  s: {joint: {name: S, prismatic: x, at: ground}, mass: 0.5, points: {P: [0, 0, 0]}}\n"
+        "  r: {joint: {name: R, revolute: z, at: ground.G}, mass: 0.2, inertia: {zz: 3e-4}, points: {T: [%g, "
+        "0, 0]}}\n"
+        "gears: {mesh: {between: [A, B], teeth: [20, 40]}}\n"
+        "loops: {cam: {follower: s.P, roller: 8 mm, on: {outline: disc, at: b.C}}, rod: {rod: [s.P, r.T], "
+        "length: %g}}\n"
+        "forces: {push: {joint: S, force: -60}, turn: {joint: A, torque: torque}}\n"
+        "start: {q: {A: 0.4, B: -0.2, S: %.17g, R: %.17g}, qd: {A: 12}, hold: [A]}\n"
+        "run: {output_step: 0.01}\n",
+        text, PIVOT[0], PIVOT[1], TIP, ROD, lift[0], rocker_at(lift[0], &slope));
+    for (int k = 0; k < 3; k++) {
+        a[k] = 0.4;
+        v[k] = 12;
+        geared_motion(polar, torques[k], end, &a[k], &v[k]);
+    }
+    loaded l = load_text(model);
+    for (int w = 0; w < WAYS; w++) {
+        kempe_trajectory *run = simulate(&l, &ways[w], end);
+        const double near = w < 5 ? 1e-8 : 1e-5;
+        CHECK_NEAR(number_of(run, "qdd(A)", false), geared_acceleration(polar, 0.3, 0.4, 12), 1e-5);
+        CHECK_NEAR(number_of(run, "q(A)", true), a[0], near);
+        CHECK_NEAR(number_of(run, "qd(A)", true), v[0], 100 * near);
+        lift_towards(polar, 0.5 * a[0], lift);
+        CHECK_NEAR(number_of(run, "q(S)", true), lift[0], near);
+        CHECK_NEAR(number_of(run, "q(R)", true), rocker_at(lift[0], &slope), near);
+        kempe_trajectory_free(run);
+    }
+    const kempe_run_options options = {.t_end = end, .rtol = 1e-10};
+    static const char *const names[] = {"torque"};
+    kempe_values *set = NULL;
+    kempe_ensemble *e = NULL;
+    kempe_ensemble_result *batch = NULL;
+    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, torques, &set) == KEMPE_OK &&
+          kempe_ensemble_new(l.model, set, &e) == KEMPE_OK && kempe_ensemble_run(e, &options, 0, &batch) == KEMPE_OK);
+    for (int k = 0; k < 3 && batch; k++)
+        CHECK_NEAR(kempe_ensemble_result_q(batch, k)[coordinate_named(&l, "A")], a[k], 1e-8);
+    kempe_ensemble_result_free(batch);
+    kempe_ensemble_free(e);
+    kempe_values_free(set);
+    unload(&l);
     kmp_table_free(polar);
 }
 
@@ -844,6 +1104,10 @@ int main(void)
     TEST(other_followers_share_the_profile);
     TEST(followers_lift);
     TEST(a_path_is_exact);
+    TEST(random_profiles_are_found);
+    TEST(a_sweep_passes_a_narrow_nose);
+    TEST(abrupt_profiles_are_refused);
+    TEST(a_geared_cam_drives_a_rocker);
     TEST(forces_have_their_digits);
     TEST(a_face_has_a_moment);
     TEST(a_lever_is_a_four_bar);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mechanisms that follow a dragged point: their loops stay closed, no frame jumps to another assembly mode, the point
  * comes as near to its target as geometry allows, and a frame takes less than a display shows one. */
-#include "constraints/closing/dragging.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "platform/platform.h"
 #include "sanitized.h"
+#include "workbench/dragging.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -152,11 +152,11 @@ static void reachable_targets_are_reached(void)
     "loops: {C: {ball: [rod.C, rocker.C]}}\n"                                                                          \
     "start: {q: {A: 60 deg, B: -40 deg, D: 110 deg}, hold: [A]}\n"
 
-static void each_change_of_the_assembly_mode_is_marked(void)
+static void check_marks(const char *text)
 {
     enum { MOVES = 400 };
     static const double tip[3] = {0.25, 0.1, 0};
-    loaded l = load_text(SWINGING);
+    loaded l = load_text(text);
     kmp_dragging *d = NULL;
     CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->watch && d->freedoms == 1);
     unsigned state = 3;
@@ -181,6 +181,17 @@ static void each_change_of_the_assembly_mode_is_marked(void)
     CHECK(changes > 10);
     kmp_dragging_free(d);
     unload(&l);
+}
+
+static void each_change_of_the_assembly_mode_is_marked(void)
+{
+    check_marks(SWINGING);
+}
+
+/* A drive does not hold while one drags: the same ways of assembling are told apart. */
+static void changes_are_marked_where_a_drive_is_released(void)
+{
+    check_marks(SWINGING "drives: {motor: {joint: A, angle: 60 deg + 10 rpm*t}}\n");
 }
 
 /* Drives are released, locks are not: of two equal bars one turns. */
@@ -259,6 +270,7 @@ int main(void)
     TEST(point_rests_nearest_to_its_target);
     TEST(reachable_targets_are_reached);
     TEST(each_change_of_the_assembly_mode_is_marked);
+    TEST(changes_are_marked_where_a_drive_is_released);
     TEST(drives_are_released_and_locks_hold);
     TEST(states_are_placed);
     TEST(frames_are_short);

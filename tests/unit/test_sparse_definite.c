@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Factors of symmetric matrices: springs in a row, one at the ground, have a closed form; others have none. */
-#include "linalg/sparse_definite.h"
+#include "exchange/finite_elements/sparse_definite.h"
 #include "testing.h"
 
 enum { N = 200 };

@@ -347,12 +347,6 @@ typedef struct columns_by {
     double *accelerations, *lambda, *y, *q, *qd;
 } columns_by;
 
-static void put_column(double *matrix, int rows, int column, const double *values)
-{
-    if (matrix && rows > 0)
-        memcpy(matrix + (ptrdiff_t)column * rows, values, (size_t)rows * sizeof *matrix);
-}
-
 static double *column_of(double *matrix, int rows, int column)
 {
     return matrix ? matrix + (ptrdiff_t)column * rows : NULL;
@@ -597,9 +591,7 @@ static void put_derivatives(kempe_workspace *ws, const kmp_derivative_point *poi
     if (wants_closed(out))
         derive_closed(ws, point, out);
     kmp_derivatives_outputs(ws, point, out->y);
-    memcpy(qdd, ws->answer, (size_t)ws->n * sizeof *qdd);
-    if (lambda)
-        memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
+    kmp_workspace_put_answer(ws, qdd, lambda);
 }
 
 kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -734,6 +726,7 @@ kempe_status kempe_workspace_inverse_derivatives(kempe_workspace *ws, double t, 
     if (out->Q_p && d->names > 0)
         kmp_slopes_at(d->slopes, &at);
     for (int k = 0; out->Q_p && k < d->names; k++)
-        put_column(out->Q_p, n, k, kmp_slopes_change(d->slopes, k, d->part).force);
+        memcpy(out->Q_p + (ptrdiff_t)k * n, kmp_slopes_change(d->slopes, k, d->part).force,
+               (size_t)n * sizeof *out->Q_p);
     return KEMPE_OK;
 }

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "analyses/derivatives/derivative_lanes.h"
+#include "analyses/derivatives/direction_lanes.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/tangent.h"
-#include "constraints/partition/direction_lanes.h"
 #include "constraints/workspace/state_workspace.h"
 #include "model/data/variant.h"
 #include <kempe/derivatives.h>

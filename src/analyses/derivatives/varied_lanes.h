@@ -9,9 +9,9 @@
 #pragma once
 
 #include "analyses/derivatives/fused_lanes.h"
+#include "analyses/derivatives/reduction_lanes.h"
 #include "analyses/derivatives/varied.h"
 #include "constraints/evaluation/stage_lanes.h"
-#include "constraints/partition/reduction_lanes.h"
 
 typedef struct kmp_varied_lanes {
     kmp_sensitivity_equations *v;

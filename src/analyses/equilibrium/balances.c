@@ -462,7 +462,7 @@ static kempe_status compare_modes(kempe_equilibrium *e, const kempe_assembly *st
     for (int k = 0; k < e->exchange->target_count; k++)
         if (e->exchange->target[k].coordinate >= 0)
             held[e->exchange->target[k].coordinate] = true;
-    kmp_mode_watch *watch = kmp_mode_watch_new(e->system, held, start->q);
+    kmp_mode_watch *watch = kmp_mode_watch_new(e->system, held, start->q, NULL);
     (void)(watch && kmp_mode_watch_next(watch, start->q));
     const kmp_loop_block *changed = watch ? kmp_mode_watch_next(watch, e->balance[0].q) : NULL;
     if (changed)

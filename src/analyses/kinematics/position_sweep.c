@@ -534,9 +534,13 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
         const kmp_sweep_parameter *parameter = &k->parameter[k->first];
         const kmp_sweep_pose *here = &j->sweep.here;
         kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, parameter));
-        kmp_text_printf(&j->reason, "the sweep cannot pass %s = %.9g %s: the position is nearly singular (%.1e)",
-                        kmp_kinematics_name(k, parameter), as.factor * value_here(j, parameter), as.unit,
-                        kmp_sweep_margin(&j->sweep, here));
+        const double margin = kmp_sweep_margin(&j->sweep, here);
+        kmp_text_printf(&j->reason, "the sweep cannot pass %s = %.9g %s: ", kmp_kinematics_name(k, parameter),
+                        as.factor * value_here(j, parameter), as.unit);
+        if (margin < KMP_MARGIN_ENTRY)
+            kmp_text_printf(&j->reason, "the position is nearly singular (%.1e)", margin);
+        else
+            kmp_text_put(&j->reason, "the mechanism bends there within the shortest step of a sweep");
         kmp_angles_explain(k->system->model, here->x, &j->reason);
         return KEMPE_E_FAILED;
     }

@@ -771,12 +771,22 @@ static void give_dead(trace *y)
         t->row(t->user, t->s[y->row++], y->w->here.x, NULL, NULL);
 }
 
-/* Moves to s_end, within the stretch. */
-static kmp_sweep_end arrive(trace *y, const stretch *e)
+/* A step that was closed at its end, but not at rows within it, has passed over a bend: a shorter one is next. */
+static kmp_sweep_end shorten(trace *y, double h)
+{
+    if (h <= SHORTEST)
+        return KMP_SWEEP_LOST;
+    y->w->effort.rejected++;
+    y->step = h / 2;
+    return KMP_SWEEP_ON_THE_WAY;
+}
+
+/* Moves to s_end, within the stretch of a step h. */
+static kmp_sweep_end arrive(trace *y, const stretch *e, double h)
 {
     kmp_sweep *w = y->w;
     if (!land(w, e, y->task->s_end) || !find_tangent(w, &w->between, e->a))
-        return KMP_SWEEP_LOST;
+        return shorten(y, h);
     pose_copy(w, &w->between, &w->here);
     return KMP_SWEEP_ARRIVED;
 }
@@ -834,14 +844,14 @@ static kmp_sweep_end go_on(trace *y)
         /* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
         stretch e = between(w, &w->here, &w->next);
         if (!enclose(w, &e, true, 0))
-            return KMP_SWEEP_LOST;
+            return shorten(y, h);
         pose_copy(w, &w->between, &w->next);
         e = between(w, &w->here, &w->next);
         double limit = w->next.x[w->n] - y->up * y->slack;
         if (!give_rows(y, &e, limit, false))
-            return KMP_SWEEP_LOST;
+            return shorten(y, h);
         if (reaches(y, limit, y->task->s_end))
-            return arrive(y, &e);
+            return arrive(y, &e, h);
         pose_copy(w, &w->next, &w->here);
         w->here.dx[w->n] = 0;
         give_dead(y);
@@ -850,11 +860,11 @@ static kmp_sweep_end go_on(trace *y)
     stretch e = between(w, &w->here, &w->next);
     double s = w->next.x[w->n];
     if (!give_rows(y, &e, s, false))
-        return KMP_SWEEP_LOST;
+        return shorten(y, h);
     w->last_step = h;
     y->step = e.slant > 0.99 ? 2 * h : e.slant > 0.97 ? 1.2 * h : h;
     if (reaches(y, s, y->task->s_end))
-        return arrive(y, &e);
+        return arrive(y, &e, h);
     poses_swap(&w->here, &w->next);
     return KMP_SWEEP_ON_THE_WAY;
 }

@@ -26,6 +26,12 @@ static const char *name_of(const kempe_modes *m, int coordinate)
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
+/* The size of a share, in which rounding is no difference: in a symmetric mode both sides have equal shares. */
+static double size_of(double share)
+{
+    return round(1e6 * fabs(share)) / 1e6;
+}
+
 /* Shares add up to 1; coordinates that move against each other with a common inertia have one below zero. */
 static void put_movers(kmp_text *text, const kempe_modes *m, int c, int most)
 {
@@ -35,15 +41,15 @@ static void put_movers(kmp_text *text, const kempe_modes *m, int c, int most)
     for (int reported = 0; reported < most; reported++) {
         int best = -1;
         for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
-            const double size = fabs(share[k]);
+            const double size = size_of(share[k]);
             bool later = size < last || (size == last && k > last_k);
-            if (later && size >= LEAST_SHARE && (best < 0 || size > fabs(share[best])))
+            if (later && size >= LEAST_SHARE && (best < 0 || size > size_of(share[best])))
                 best = k;
         }
         if (best < 0)
             return;
         kmp_text_printf(text, "%s%s %.0f %%", reported ? ", " : "", name_of(m, best), 100 * share[best]);
-        last = fabs(share[best]);
+        last = size_of(share[best]);
         last_k = best;
     }
 }

@@ -623,13 +623,6 @@ static kempe_status make_solver(adjoint *a)
 
 /* -- backwards over segments -------------------------------------------------------------------------- */
 
-/* The unknowns of the integrator, from all weights. */
-static void take_unknowns(adjoint *a)
-{
-    memcpy(a->unknown, a->y, 2 * (size_t)a->p * sizeof *a->y);
-    take_moving(a, a->y + 2 * a->p, a->unknown + 2 * a->p);
-}
-
 static void put_unknowns(adjoint *a)
 {
     const double *from = a->unknown + 2 * a->p;
@@ -649,7 +642,9 @@ static kempe_status pass_segment(adjoint *a, double *h)
     a->known = false;
     if (a->last->to - a->first->from <= KMP_SAME_TIME * a->options->spec->t_end) /* between two events of one time */
         return KEMPE_OK;
-    take_unknowns(a);
+    /* The unknowns of the integrator, from all weights. */
+    memcpy(a->unknown, a->y, 2 * (size_t)a->p * sizeof *a->y);
+    take_moving(a, a->y + 2 * a->p, a->unknown + 2 * a->p);
     kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->unknown, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);

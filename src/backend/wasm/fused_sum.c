@@ -3,7 +3,7 @@
  * here where the engine has no relaxed instruction either. The linker sends calls of fma() here (--wrap). */
 #include "backend/wasm/relaxed_sums.h"
 
-#ifdef __EMSCRIPTEN__
+#ifdef __wasm__
 #include "platform/rounded_once.h"
 
 double kmp_fused_sum(double a, double b, double c) __asm__("__wrap_fma");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/wasm/relaxed_sums.h"
 
-#ifdef __EMSCRIPTEN__
+#ifdef __wasm__
 #include <emscripten.h>
 #include <stdbool.h>
 #include <stdint.h>

@@ -19,7 +19,7 @@ typedef struct kmp_relaxed_sums {
 
 /** NULL where this is not WebAssembly, the engine has no such instruction, or hard cases show that it rounds twice. The
  * first call finds out. */
-#ifdef __EMSCRIPTEN__
+#ifdef __wasm__
 extern const kmp_relaxed_sums *kmp_relaxed_found;
 extern bool kmp_relaxed_tried;
 void kmp_relaxed_try(void);

@@ -199,21 +199,18 @@ static curve_place curve_at(kmp_graph *g, const kmp_cam *cam, kmp_ref u)
     return at;
 }
 
-/* Steps behind the spline, whose error is below 1e-4 of a turn: its square is below 1e-8, the square of that is
- * nothing. */
-enum { STEPS = 2 };
-
 /* The place of the base curve whose parallel place, at the distance d, is towards (x, y); for a flat face, whose
  * normal is. */
 static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, double d, const kmp_ref towards[2])
 {
     const kmp_cam *cam = follower->outline->cam;
-    kmp_table *parts = kmp_cam_parameter(cam, follower);
+    kmp_cam_check checked; /* by the reader */
+    kmp_table *parts = kmp_cam_parameter(cam, follower, &checked);
     const int table = kmp_graph_add_table(g, parts);
     kmp_table_free(parts);
     kmp_ref u = table < 0 ? KMP_ONE : kmp_table_at(g, table, kmp_binary(g, KMP_OP_ATAN2, towards[1], towards[0]));
     curve_place at = curve_at(g, cam, u);
-    for (int i = 0; i < STEPS; i++) {
+    for (int i = 0; i < KMP_CAM_STEPS; i++) {
         kmp_ref off, rate;
         if (follower->form == KMP_FOLLOWER_FLAT) { /* t.m, and t'.m = -k t^2 where m is the normal */
             off = kmp_plane_dot(g, at.t, towards);

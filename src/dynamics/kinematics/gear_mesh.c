@@ -21,11 +21,6 @@ static int link_of(const kmp_tree *tree, const kmp_gear *gear, int side)
     return gear->centre[side] >= 0 ? kmp_point_link(tree, gear->centre[side]) : tree->mounts[gear->wheel[side]].link;
 }
 
-static kmp_vec local_centre(const kmp_tree *tree, const kmp_gear *gear, int side)
-{
-    return gear->centre[side] >= 0 ? kmp_point_local(tree, gear->centre[side]) : tree->mounts[gear->wheel[side]].p;
-}
-
 /* A vector of an ancestor's axes in the axes of the carrier. */
 static kmp_vec in_carrier(const kmp_tree *tree, const kmp_gear *gear, int ancestor, kmp_vec v)
 {
@@ -52,7 +47,9 @@ static void find_wheels(const kmp_tree *tree, const kmp_closure *closure, kmp_ge
         const int turning = tree->of_motion[gear->axis[side]];
         const kmp_link *link = &tree->links[turning];
         const kmp_vec e = kmp_vec_axis(link->reversed ? kmp_neg(KMP_ONE) : KMP_ONE, link->axis);
-        const kmp_vec centre = kmp_link_position(tree, link_of(tree, gear, side), local_centre(tree, gear, side), top);
+        const int at = gear->centre[side];
+        const kmp_vec own = at >= 0 ? kmp_point_local(tree, at) : tree->mounts[gear->wheel[side]].p;
+        const kmp_vec centre = kmp_link_position(tree, link_of(tree, gear, side), own, top);
         found[0][side] = in_carrier(tree, gear, top, kmp_vec_sub(g, centre, origin));
         found[1][side] = in_carrier(tree, gear, top, kmp_link_direction(tree, turning, e, top));
     }

@@ -3,6 +3,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "linalg/dense/rotations.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/spherical.h"
@@ -142,19 +143,6 @@ static void choose_axes(kmp_link *link, const double e[3])
     axes_along(e, link->a);
 }
 
-/* out = a' b when transposed, else a b; no negative zeros, so that equal rotations have equal bits. */
-static void multiply(double a[3][3], bool transposed, double b[3][3], double out[3][3])
-{
-    double product[3][3];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            product[i][j] = 0;
-            for (int k = 0; k < 3; k++)
-                product[i][j] += (transposed ? a[k][i] : a[i][k]) * b[k][j];
-        }
-    memcpy(out, product, sizeof product);
-}
-
 /* A product of rotations that is one of axes onto axes but for rounding is made so exactly. */
 static void round_axes(double m[3][3])
 {
@@ -240,7 +228,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     kmp_tensor t, r;
     for (int k = 0; k < 6; k++)
         t.x[k] = kmp_tree_number(tree, &number[k]);
-    multiply(place->r, true, tree->links[place->link].a, b);
+    kmp_product3(place->r, true, tree->links[place->link].a, b);
     bool charted = link->after >= 0;
     if (is_identity(b) && !charted)
         return t;
@@ -281,11 +269,11 @@ static kmp_body_on_link find_base(const kmp_tree *tree, int b)
         base.p = kmp_point_local(tree, body->at);
         memcpy(axes, model->points[body->at].axes, sizeof axes);
         if (model->points[body->at].turned)
-            multiply(base.r, false, axes, base.r);
+            kmp_product3(base.r, false, axes, base.r);
     }
     memcpy(frame, body->frame, sizeof frame);
     if (body->turned && !body->reversed)
-        multiply(base.r, false, frame, base.r);
+        kmp_product3(base.r, false, frame, base.r);
     round_axes(base.r);
     base.turned = !is_identity(base.r);
     return base;
@@ -308,8 +296,8 @@ static kmp_link *add_link(kmp_tree *tree, int motion, bool rotation, const doubl
     bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
     identity(link->g);
     if (!same || !is_identity(base->r)) {
-        multiply(parent->a, true, base->r, link->g);
-        multiply(link->g, false, link->a, link->g);
+        kmp_product3(parent->a, true, base->r, link->g);
+        kmp_product3(link->g, false, link->a, link->g);
     }
     link->turned = !is_identity(link->g);
     relate_chart(tree->graph, link, &tree->links[link->parent], base->r);
@@ -341,7 +329,7 @@ static void turn_back(double r[3][3], double m[3][3])
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
             back[i][j] = m[j][i];
-    multiply(r, false, back, r);
+    kmp_product3(r, false, back, r);
     round_axes(r);
 }
 
@@ -447,7 +435,7 @@ static void set_body(kmp_tree *tree, int b)
             turn_back(base.r, tree->model->bodies[b].frame);
         kmp_flexible *flexible = &tree->model->flexibles[body->flexible - 1];
         if (flexible->turned)
-            multiply(base.r, false, flexible->axes, base.r);
+            kmp_product3(base.r, false, flexible->axes, base.r);
         round_axes(base.r);
         base.turned = !is_identity(base.r);
         const int innermost = add_frame(tree, b, flexible, &base);

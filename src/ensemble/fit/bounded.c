@@ -108,20 +108,17 @@ static bool read_estimate(kmp_csv *csv, const char *line)
     return true;
 }
 
+static const kmp_csv_form form = {"the header line is missing; it has the columns parameter and value", NULL, read_head,
+                                  read_estimate};
+
 kempe_status kmp_box_bounds_read_start(kempe_context *context, const char *path, const kmp_box_bounds *bounded,
                                        double *start)
 {
     kmp_arena arena = {0};
     estimates e = {.bounded = bounded, .start = start, .found = KMP_ARENA_NEW(&arena, bool, bounded->count)};
-    kmp_csv csv = {.context = context,
-                   .path = path,
-                   .lacks_header = "the header line is missing; it has the columns parameter and value",
-                   .user = &e,
-                   .header = read_head,
-                   .row = read_estimate};
     kempe_status status = kmp_made(context, e.found);
     if (status == KEMPE_OK)
-        status = kmp_csv_read(&csv);
+        status = kmp_csv_read(context, path, &form, &e);
     for (int k = 0; k < bounded->count && status == KEMPE_OK; k++)
         if (!e.found[k])
             status = kmp_complain(context, path, 0, 0, "there is no row of the parameter '%s'", bounded->name[k]);

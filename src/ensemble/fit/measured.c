@@ -178,13 +178,9 @@ static bool read_row(kmp_csv *csv, const char *line)
 
 static kempe_status read_file(kempe_context *context, const char *path, reader *r)
 {
-    kmp_csv csv = {.context = context,
-                   .path = path,
-                   .lacks_header = "the header line is missing; it has t and names of outputs",
-                   .user = r,
-                   .header = read_header,
-                   .row = read_row};
-    kempe_status status = kmp_csv_read(&csv);
+    static const kmp_csv_form form = {"the header line is missing; it has t and names of outputs", "there are no rows",
+                                      read_header, read_row};
+    kempe_status status = kmp_csv_read(context, path, &form, r);
     kmp_free(r->meaning);
     return status;
 }
@@ -221,8 +217,6 @@ kempe_status kmp_measured_begin(const kempe_model *model, const char *path, cons
         status = check_chosen(model->context, measured, path, chosen);
     if (status == KEMPE_OK && measured->columns == 0)
         status = kmp_complain(model->context, path, 0, 0, "there is no column of an output, only t");
-    if (status == KEMPE_OK && measured->rows == 0)
-        status = kmp_complain(model->context, path, 0, 0, "there are no rows");
     if (status == KEMPE_OK && !(measured->t[measured->rows - 1] > 0))
         status = kmp_complain(model->context, path, 0, 0, "the last time is 0: there is no motion to compare with");
     measured->outputs = kmp_text_keep(&r.words, &measured->arena);

@@ -316,25 +316,20 @@ static kempe_status read_parquet(reader *r, const char *path)
 
 /* -- CSV --------------------------------------------------------------------------------------------- */
 
+static const kmp_csv_form form = {"the header line with names of parameters is missing",
+                                  "there are no rows below the header line", read_header, read_row};
+
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
     KMP_WANTED_BOTH(model, path);
     KMP_WANTED(model->context, values, "values");
     reader r = {.model = model};
-    kmp_csv csv = {.context = model->context,
-                   .path = path,
-                   .lacks_header = "the header line with names of parameters is missing",
-                   .user = &r,
-                   .header = read_header,
-                   .row = read_row};
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     bool is_parquet = strcmp(kmp_file_ending(path), ".parquet") == 0;
-    kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(&csv);
-    if (status == KEMPE_OK && r.values->count == 0) {
-        kmp_csv_complain(&csv, csv.line_text, "there are no rows below the header line");
-        status = KEMPE_E_INPUT;
-    }
+    kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(model->context, path, &form, &r);
+    if (status == KEMPE_OK && r.values->count == 0)
+        status = kmp_complain(model->context, path, 0, 0, "there are no rows");
     if (status == KEMPE_OK)
         status = check_units(&r, path);
     if (status == KEMPE_OK)

@@ -24,21 +24,19 @@
     "        return slopes if d == 1 else (0.0, 0.0)\n"                                                                \
     "    return y[0] + slopes[0]*(at - x[0]), y[-1] + slopes[1]*(at - x[-1])"
 
+/* Functions that all three libraries call by the same names. */
+#define ALIKE(library)                                                                                                 \
+    [KMP_OP_SIN] = {library "sin"}, [KMP_OP_COS] = {library "cos"}, [KMP_OP_SQRT] = {library "sqrt"},                  \
+    [KMP_OP_EXP] = {library "exp"}, [KMP_OP_LOG] = {library "log"}, [KMP_OP_SINH] = {library "sinh"},                  \
+    [KMP_OP_COSH] = {library "cosh"}, [KMP_OP_TANH] = {library "tanh"}, [KMP_OP_SIGN] = {library "sign"},              \
+    [KMP_OP_FLOOR] = {library "floor"}
+
 static const kmp_function_spelling in_jax[KMP_OP_COUNT] = {
-    [KMP_OP_SIN] = {.call = "jnp.sin"},
-    [KMP_OP_COS] = {.call = "jnp.cos"},
-    [KMP_OP_SQRT] = {.call = "jnp.sqrt"},
-    [KMP_OP_EXP] = {.call = "jnp.exp"},
-    [KMP_OP_LOG] = {.call = "jnp.log"},
-    [KMP_OP_SINH] = {.call = "jnp.sinh"},
-    [KMP_OP_COSH] = {.call = "jnp.cosh"},
-    [KMP_OP_TANH] = {.call = "jnp.tanh"},
+    ALIKE("jnp."),
     [KMP_OP_ASIN] = {.call = "jnp.arcsin"},
     [KMP_OP_ACOS] = {.call = "jnp.arccos"},
     [KMP_OP_ATAN] = {.call = "jnp.arctan"},
     [KMP_OP_ABS] = {.call = "jnp.abs"},
-    [KMP_OP_SIGN] = {.call = "jnp.sign"},
-    [KMP_OP_FLOOR] = {.call = "jnp.floor"},
     [KMP_OP_POW] = {.call = "jnp.power"},
     [KMP_OP_ATAN2] = {.call = "jnp.arctan2"},
     [KMP_OP_MIN] = {.call = "jnp.minimum"},
@@ -56,20 +54,11 @@ static const kmp_function_spelling in_jax[KMP_OP_COUNT] = {
                                 "    return jnp.where(at != at, at, value)\n\n\n" PIECE)}};
 
 static const kmp_function_spelling in_casadi[KMP_OP_COUNT] = {
-    [KMP_OP_SIN] = {.call = "casadi.sin"},
-    [KMP_OP_COS] = {.call = "casadi.cos"},
-    [KMP_OP_SQRT] = {.call = "casadi.sqrt"},
-    [KMP_OP_EXP] = {.call = "casadi.exp"},
-    [KMP_OP_LOG] = {.call = "casadi.log"},
-    [KMP_OP_SINH] = {.call = "casadi.sinh"},
-    [KMP_OP_COSH] = {.call = "casadi.cosh"},
-    [KMP_OP_TANH] = {.call = "casadi.tanh"},
+    ALIKE("casadi."),
     [KMP_OP_ASIN] = {.call = "casadi.asin"},
     [KMP_OP_ACOS] = {.call = "casadi.acos"},
     [KMP_OP_ATAN] = {.call = "casadi.atan"},
     [KMP_OP_ABS] = {.call = "casadi.fabs"},
-    [KMP_OP_SIGN] = {.call = "casadi.sign"},
-    [KMP_OP_FLOOR] = {.call = "casadi.floor"},
     [KMP_OP_POW] = {.call = "casadi.power"},
     [KMP_OP_ATAN2] = {.call = "casadi.atan2"},
     [KMP_OP_MIN] = {.call = "casadi.fmin"},
@@ -94,20 +83,11 @@ static const kmp_function_spelling in_casadi[KMP_OP_COUNT] = {
                             "values[m:]))\n\n\n" PIECE)}};
 
 static const kmp_function_spelling in_torch[KMP_OP_COUNT] = {
-    [KMP_OP_SIN] = {.call = "torch.sin"},
-    [KMP_OP_COS] = {.call = "torch.cos"},
-    [KMP_OP_SQRT] = {.call = "torch.sqrt"},
-    [KMP_OP_EXP] = {.call = "torch.exp"},
-    [KMP_OP_LOG] = {.call = "torch.log"},
-    [KMP_OP_SINH] = {.call = "torch.sinh"},
-    [KMP_OP_COSH] = {.call = "torch.cosh"},
-    [KMP_OP_TANH] = {.call = "torch.tanh"},
+    ALIKE("torch."),
     [KMP_OP_ASIN] = {.call = "torch.asin"},
     [KMP_OP_ACOS] = {.call = "torch.acos"},
     [KMP_OP_ATAN] = {.call = "torch.atan"},
     [KMP_OP_ABS] = {.call = "torch.abs"},
-    [KMP_OP_SIGN] = {.call = "torch.sign"},
-    [KMP_OP_FLOOR] = {.call = "torch.floor"},
     [KMP_OP_POW] = {.call = "torch.pow"},
     [KMP_OP_ATAN2] = {.call = "_atan2",
                       .definition = BLOCK("def _atan2(x, y):\n    return torch.atan2(_number(x), _number(y))")},

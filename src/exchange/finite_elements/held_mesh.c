@@ -4,8 +4,8 @@
  * several equal ones is missed, however many there are. */
 #include "exchange/finite_elements/held_mesh.h"
 #include "base/memory.h"
+#include "exchange/finite_elements/sparse_definite.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/sparse_definite.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -98,12 +98,6 @@ const char *kmp_unit_library_of(kmp_arena *arena, const char *own_file, const km
 
 enum { MOST_WORDS = 64, MOST_SHOWN = 160 };
 
-/* mingw-w64 has no cc; the package of the compiler, for sentences. */
-static const char *default_compiler(const kmp_unit_platform *platform)
-{
-    return !kmp_unit_is_own(platform) ? platform->compiler : platform->is_windows ? "gcc" : "cc";
-}
-
 static const char *package_of(const kmp_unit_platform *platform)
 {
     if (!kmp_unit_is_own(platform))
@@ -199,7 +193,8 @@ kempe_status kmp_unit_compile(kempe_context *context, const kmp_code_files *file
 {
     kmp_arena arena = {0};
     char above[KMP_PATH_MOST];
-    compiler = compiler ? compiler : default_compiler(platform);
+    if (!compiler) /* mingw-w64 has no cc; else the package of the compiler, for sentences */
+        compiler = !kmp_unit_is_own(platform) ? platform->compiler : platform->is_windows ? "gcc" : "cc";
     kmp_path_temporary(above);
     char *folder = kmp_arena_printf(&arena, "%s/kempe-XXXXXX", above);
     kempe_status status = folder ? KEMPE_OK : kmp_fail_memory(context);

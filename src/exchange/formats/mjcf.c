@@ -8,6 +8,7 @@
 #include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf_bodies.h"
 #include "exchange/formats/mjcf_couplings.h"
+#include "linalg/dense/rotations.h"
 #include "linalg/dense/three.h"
 #include "model/language/limits.h"
 #include <kempe/kempe.h>
@@ -126,15 +127,6 @@ bool kmp_mjcf_flag(kmp_mjcf *m, const kmp_mjcf_item *item, const char *key, bool
 
 /* -- frames -------------------------------------------------------------------------------------------- */
 
-static void multiply(double a[3][3], double b[3][3], double out[3][3])
-{
-    double product[3][3];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            product[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
-    memcpy(out, product, sizeof product);
-}
-
 /* From x, and from y without its part along x. False: no such axes. */
 static bool set_axes(const double *x, const double *y, double r[3][3])
 {
@@ -196,9 +188,9 @@ static void turn_in_order(const kmp_mjcf *m, const double angle[3], double r[3][
         rpy[axis] = angle[k] * m->angle;
         kmp_frame_rotate(rpy, step);
         if (fixed)
-            multiply(step, whole, whole);
+            kmp_product3(step, false, whole, whole);
         else
-            multiply(whole, step, whole);
+            kmp_product3(whole, false, step, whole);
     }
     memcpy(r, whole, sizeof whole);
 }

@@ -2,10 +2,10 @@
 /* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
 #include "model/data/angle_sum.h"
 #include "linalg/dense/dot.h"
+#include "linalg/dense/rotations.h"
 #include "model/data/model.h"
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 /* Cosine of the angle between axes at right angles, up to rounding. */
 #define RIGHT_ANGLE 1e-12
@@ -16,17 +16,6 @@
 typedef struct rotation {
     double x[3][3]; /* columns: axes, in ground axes */
 } rotation;
-
-/* r m, or r m' when transposed. */
-static rotation times(const rotation *r, double m[3][3], bool transposed)
-{
-    rotation out = {{{0}}};
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++)
-                out.x[i][j] += r->x[i][k] * (transposed ? m[j][k] : m[k][j]);
-    return out;
-}
 
 static void apply(const rotation *r, const double v[3], double out[3])
 {
@@ -43,15 +32,15 @@ static rotation rest(const kempe_model *model, int b, bool base)
         return ground;
     rotation r = rest(model, body->parent, false);
     if (body->at >= 0 && model->points[body->at].turned)
-        r = times(&r, model->points[body->at].axes, false);
+        kmp_turn3(r.x, &model->points[body->at].axes[0][0], false);
     if (body->turned && !body->reversed)
-        r = times(&r, body->frame, false);
+        kmp_turn3(r.x, &body->frame[0][0], false);
     if (base)
         return r;
     if (body->turned && body->reversed)
-        r = times(&r, body->frame, true);
+        kmp_turn3(r.x, &body->frame[0][0], true);
     if (body->to >= 0 && model->points[body->to].turned)
-        r = times(&r, model->points[body->to].axes, true);
+        kmp_turn3(r.x, &model->points[body->to].axes[0][0], true);
     return r;
 }
 
@@ -60,7 +49,7 @@ static void rest_axis(const kempe_model *model, const kmp_measure_argument *argu
     kmp_point *point = &model->points[argument->point];
     rotation r = rest(model, point->body, false);
     if (point->turned)
-        r = times(&r, point->axes, false);
+        kmp_turn3(r.x, &point->axes[0][0], false);
     const double unit[3] = {argument->axis == 0, argument->axis == 1, argument->axis == 2};
     apply(&r, argument->along ? argument->along : unit, out);
 }

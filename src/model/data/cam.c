@@ -3,6 +3,7 @@
  * convex. Profile and path of a roller are parallel to it: c + d n. They have no cusp where 1 + d k > 0. */
 #include "model/data/cam.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "model/data/outline.h"
 #include "model/language/dimension.h"
 #include <math.h>
@@ -120,9 +121,9 @@ double kmp_cam_lift(const kmp_cam *cam, int derivative, double angle)
 
 /* -- base curves ------------------------------------------------------------------------------------------- */
 
-/* A place of the base curve. */
+/* A place of the base curve; `rate` is the size of its derivative by the parameter. */
 typedef struct curve_place {
-    double c[2], n[2], k;
+    double c[2], n[2], k, rate;
 } curve_place;
 
 /* From c and its first two derivatives. */
@@ -131,6 +132,7 @@ static curve_place place_by(const double c[3][2])
     const double size = hypot(c[1][0], c[1][1]);
     return (curve_place){.c = {c[0][0], c[0][1]},
                          .n = {c[1][1] / size, -c[1][0] / size},
+                         .rate = size,
                          .k = (c[1][0] * c[2][1] - c[1][1] * c[2][0]) / (size * size * size)};
 }
 
@@ -138,8 +140,10 @@ static curve_place place_by(const double c[3][2])
 static curve_place support_place(double angle, const double h[3])
 {
     const double e[2] = {cos(angle), sin(angle)};
-    return (curve_place){
-        .c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]}, .n = {e[0], e[1]}, .k = 1 / (h[0] + h[2])};
+    return (curve_place){.c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]},
+                         .n = {e[0], e[1]},
+                         .rate = h[0] + h[2],
+                         .k = 1 / (h[0] + h[2])};
 }
 
 /* From the lift s of a follower and its derivatives by u: its place f(s), turned by u. With neither offset nor lever s
@@ -238,39 +242,12 @@ static double near_to(double angle, double other)
     return angle - KMP_TURN * floor((angle - other + PI) / KMP_TURN);
 }
 
-kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower)
+/* The base curve's parameter at its beginning, and its range. */
+static void range_of(const kmp_cam *cam, double *first, double *whole)
 {
-    const double inset = kmp_cam_inset(cam), d = follower->radius - inset;
-    double before = 0, angle, size;
-    for (int k = 0; k <= PLACES; k++) {
-        const curve_place at = place_at(cam, (double)k / PLACES);
-        kmp_cam_check found = {KMP_CAM_GOOD, within_turn(atan2(at.c[1], at.c[0])), at.k / (1 - inset * at.k)};
-        path_place(cam, follower, (double)k / PLACES, &angle, &size);
-        if (!(isfinite(at.k) && 1 - inset * at.k > 0) || (cam->parts && cam->form == KMP_FOLLOWER_FLAT && at.k <= 0))
-            found.fault = KMP_CAM_UNDERCUT;
-        else if (follower->form == KMP_FOLLOWER_FLAT && !(at.k > 0))
-            found.fault = KMP_CAM_NOT_FLAT;
-        else if (!(1 + d * at.k > 0))
-            found.fault = KMP_CAM_HOLLOW;
-        else if (k > 0 && !(near_to(angle, before) > before))
-            found.fault = KMP_CAM_NOT_ROUND;
-        if (found.fault)
-            return found;
-        before = angle;
-    }
-    return (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
-}
-
-bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place)
-{
-    *place = (kmp_cam_check){KMP_CAM_GOOD, 0, 0};
-    for (int k = 0; k < PLACES; k++) {
-        const curve_place at = place_at(cam, (double)k / PLACES);
-        const double curvature = at.k / (1 - kmp_cam_inset(cam) * at.k);
-        if (curvature < place->curvature)
-            *place = (kmp_cam_check){KMP_CAM_HOLLOW, within_turn(atan2(at.c[1], at.c[0])), curvature};
-    }
-    return place->curvature < 0;
+    const kmp_table *length = cam->place[0];
+    *first = length ? length->x[0] : 0;
+    *whole = length ? length->x[length->count - 1] - *first : KMP_TURN;
 }
 
 /* The part of the whole at which the angle is half a turn. */
@@ -296,26 +273,119 @@ static double part_behind(const kmp_cam *cam, const kmp_cam_follower *follower)
     return low;
 }
 
-kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower)
+kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower, kmp_cam_check *fault)
 {
-    double *x = KMP_NEW(double, 2 * (PLACES + 1)), size;
+    double *x = KMP_NEW(double, 2 * (PLACES + 1)), size, first, whole;
+    fault->fault = KMP_CAM_NO_MEMORY;
     if (!x)
         return NULL;
     double *u = x + PLACES + 1;
-    const kmp_table *length = cam->place[0];
-    const double begin = part_behind(cam, follower), first = length ? length->x[0] : 0,
-                 whole = length ? length->x[length->count - 1] - first : KMP_TURN;
+    const double begin = part_behind(cam, follower);
     bool good = true;
+    range_of(cam, &first, &whole);
     for (int k = 0; k <= PLACES; k++) {
         const double part = begin + (double)k / PLACES;
         path_place(cam, follower, part, &x[k], &size);
         x[k] = k == 0 ? -PI : k == PLACES ? PI : near_to(x[k], x[k - 1]);
         u[k] = first + part * whole;
-        good = good && (k == 0 || x[k] > x[k - 1]);
+        if (good && k > 0 && !(x[k] > x[k - 1])) {
+            good = false;
+            *fault = (kmp_cam_check){.fault = KMP_CAM_NOT_ROUND, .angle = within_turn(x[k])};
+        }
     }
     kmp_table *made = good ? kmp_table_new(KMP_TABLE_CUBIC, PLACES + 1, x, u) : NULL;
+    if (made)
+        fault->fault = KMP_CAM_GOOD;
     kmp_free(x);
     return made;
+}
+
+/* Newton's step to the place in the direction e, as cam_contact.c has it as an expression. */
+static double step_towards(const kmp_cam *cam, const kmp_cam_follower *follower, double part, const double e[2])
+{
+    const curve_place at = place_at(cam, part);
+    const double d = follower->radius - kmp_cam_inset(cam), across = at.n[0] * e[0] + at.n[1] * e[1];
+    if (follower->form == KMP_FOLLOWER_FLAT)
+        return (at.n[0] * e[1] - at.n[1] * e[0]) / (at.k * at.rate);
+    const double off = (at.c[0] + d * at.n[0]) * e[1] - (at.c[1] + d * at.n[1]) * e[0];
+    return off / ((1 + d * at.k) * across * at.rate);
+}
+
+/* The distance between a place and the one that the search finds from its direction, in parts of the whole. */
+static double search_error(const kmp_cam *cam, const kmp_cam_follower *follower, const kmp_table *begins, double part)
+{
+    double angle, size, first, whole;
+    path_place(cam, follower, part, &angle, &size);
+    range_of(cam, &first, &whole);
+    const double e[2] = {cos(angle), sin(angle)};
+    double found = (kmp_table_value(begins, 0, angle) - first) / whole;
+    for (int i = 0; i < KMP_CAM_STEPS; i++)
+        found += step_towards(cam, follower, found, e) / whole;
+    const double off = found - part;
+    return fabs(off - floor(off + 0.5));
+}
+
+/* The search between its nodes, and between the places of a table, each at several places. */
+static kmp_cam_check check_search(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    enum { BETWEEN = 4 };
+    kmp_cam_check worst = {.fault = KMP_CAM_GOOD};
+    kmp_table *begins = kmp_cam_parameter(cam, follower, &worst);
+    const kmp_table *given = cam->place[0] ? cam->place[0] : cam->table;
+    const int all = BETWEEN * (PLACES + (given ? given->count - 1 : 0));
+    for (int k = 0; begins && k < all; k++) {
+        const int node = k / BETWEEN - PLACES;
+        const double within = (k % BETWEEN + 0.5) / BETWEEN;
+        double part = (k / BETWEEN + within) / PLACES, angle, size;
+        if (node >= 0)
+            part = (given->x[node] + within * (given->x[node + 1] - given->x[node]) - (cam->table ? 0 : given->x[0])) /
+                   (given->x[given->count - 1] - given->x[0]);
+        const double off = search_error(cam, follower, begins, part);
+        if (off <= worst.off)
+            continue;
+        path_place(cam, follower, part, &angle, &size);
+        worst = (kmp_cam_check){off <= KMP_CAM_FOUND ? KMP_CAM_GOOD : KMP_CAM_NOT_FOUND, within_turn(angle),
+                                place_at(cam, part).k, off};
+        if (!(off <= 1))
+            break;
+    }
+    kmp_table_free(begins);
+    return worst;
+}
+
+kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower)
+{
+    const double inset = kmp_cam_inset(cam), d = follower->radius - inset;
+    double before = 0, angle, size;
+    for (int k = 0; k <= PLACES; k++) {
+        const curve_place at = place_at(cam, (double)k / PLACES);
+        kmp_cam_check found = {KMP_CAM_GOOD, within_turn(atan2(at.c[1], at.c[0])), at.k / (1 - inset * at.k), 0};
+        path_place(cam, follower, (double)k / PLACES, &angle, &size);
+        if (!(isfinite(at.k) && 1 - inset * at.k > 0) || (cam->parts && cam->form == KMP_FOLLOWER_FLAT && at.k <= 0))
+            found.fault = KMP_CAM_UNDERCUT;
+        else if (follower->form == KMP_FOLLOWER_FLAT && !(at.k > 0))
+            found.fault = KMP_CAM_NOT_FLAT;
+        else if (!(1 + d * at.k > 0))
+            found.fault = KMP_CAM_HOLLOW;
+        else if (k > 0 && !(near_to(angle, before) > before))
+            found.fault = KMP_CAM_NOT_ROUND;
+        if (found.fault)
+            return found;
+        before = angle;
+    }
+    return kmp_cam_is_exact(cam, follower) ? (kmp_cam_check){.fault = KMP_CAM_GOOD} : check_search(cam, follower);
+}
+
+bool kmp_cam_is_hollow(const kmp_cam *cam, kmp_cam_check *place)
+{
+    *place = (kmp_cam_check){.fault = KMP_CAM_GOOD};
+    for (int k = 0; k < PLACES; k++) {
+        const curve_place at = place_at(cam, (double)k / PLACES);
+        const double curvature = at.k / (1 - kmp_cam_inset(cam) * at.k);
+        if (curvature < place->curvature)
+            *place = (kmp_cam_check){KMP_CAM_HOLLOW, within_turn(atan2(at.c[1], at.c[0])), curvature, 0};
+    }
+    return place->curvature < 0;
 }
 
 void kmp_cam_path_place(const kmp_cam *cam, const kmp_cam_follower *follower, int k, int count, double place[2])

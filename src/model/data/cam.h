@@ -77,20 +77,26 @@ typedef enum kmp_cam_fault {
     KMP_CAM_HOLLOW,   /* the roller does not fit into a hollow */
     KMP_CAM_UNDERCUT, /* the profile of a law has a cusp */
     KMP_CAM_NOT_FLAT, /* a flat face on a hollow */
-    KMP_CAM_NOT_ROUND /* the path turns back about the centre */
+    KMP_CAM_NOT_ROUND, /* the path turns back about the centre */
+    KMP_CAM_NOT_FOUND, /* the search for the place of contact ends beside it */
+    KMP_CAM_NO_MEMORY
 } kmp_cam_fault;
+
+/** Newton's steps from the spline of kmp_cam_parameter to the place of contact. */
+enum { KMP_CAM_STEPS = 2 };
 
 typedef struct kmp_cam_check {
     kmp_cam_fault fault;
     double angle;     /* rad, polar */
     double curvature; /* 1/m, there */
+    double off;       /* of a search: distance of the place that it finds, in parts of the whole curve */
 } kmp_cam_check;
 
 /** True if the follower is the one of the law: its motion is the law itself. With an offset or a lever there is no lift
  * at some distances from the centre, so that a contact is found on the curve. */
 bool kmp_cam_is_exact(const kmp_cam *cam, const kmp_cam_follower *follower);
 
-/** Checks a follower on a cam. */
+/** Checks a follower on a cam; of one whose place of contact is searched, the search at places between its nodes. */
 kmp_cam_check kmp_cam_find_fault(const kmp_cam *cam, const kmp_cam_follower *follower);
 
 /** The place at which the profile is hollow with the least radius; false: it is convex all round. */
@@ -101,8 +107,8 @@ double kmp_cam_inset(const kmp_cam *cam);
 
 /** The parameter of the base curve - the length of places, else an angle in rad - over the polar angle of a roller's
  * centre or an edge, or over the angle of the normal of a flat face, from -pi to pi. A spline through many places,
- * which the caller frees: the error is below 1e-4 of a turn. NULL: no memory, or a fault. */
-kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower);
+ * which the caller frees: Newton's steps begin at its value. NULL: *fault tells why. */
+kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower, kmp_cam_check *fault);
 
 /** The path of a roller's centre or an edge at its k-th of `count` places, counter-clockwise. */
 void kmp_cam_path_place(const kmp_cam *cam, const kmp_cam_follower *follower, int k, int count, double place[2]);

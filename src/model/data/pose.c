@@ -3,24 +3,12 @@
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "model/data/pose.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense/rotations.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
-
-/* r m, or r m' when transposed; m row by row. */
-static void turn(double r[3][3], const double *m, bool transposed)
-{
-    double product[3][3];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            product[i][j] = 0;
-            for (int k = 0; k < 3; k++)
-                product[i][j] += r[i][k] * (transposed ? m[3 * j + k] : m[3 * k + j]);
-        }
-    memcpy(r, product, sizeof product);
-}
 
 /* Moves along v, which is in the current axes. */
 static void move(kmp_pose *pose, const double v[3], double factor)
@@ -46,7 +34,7 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
             double cross = i == j ? 0 : (j - i + 3) % 3 == 1 ? -e[k] : e[k];
             m[i][j] = (i == j) * c + s * cross + (1 - c) * e[i] * e[j];
         }
-    turn(pose->r, &m[0][0], false);
+    kmp_turn3(pose->r, &m[0][0], false);
 }
 
 /* -- flexible bodies --------------------------------------------------------------------------------- */
@@ -80,10 +68,10 @@ void kmp_pose_along_beam(const kmp_flexible *flexible, const kmp_station *statio
 void kmp_pose_to_station(const kmp_flexible *flexible, const kmp_station *station, const double *q, kmp_pose *pose)
 {
     if (flexible->turned)
-        turn(pose->r, &flexible->axes[0][0], false);
+        kmp_turn3(pose->r, &flexible->axes[0][0], false);
     kmp_pose_along_beam(flexible, station, q, pose);
     if (flexible->turned)
-        turn(pose->r, &flexible->axes[0][0], true);
+        kmp_turn3(pose->r, &flexible->axes[0][0], true);
 }
 
 /* To a point of a body, without its own axes. */
@@ -106,7 +94,7 @@ static void leave_station(const kempe_model *model, const kmp_body *body, const 
     if (!flexible || !flexible->moved)
         return;
     kmp_pose_to_station(flexible, &flexible->stations[0], q, &own);
-    turn(pose->r, &own.r[0][0], true);
+    kmp_turn3(pose->r, &own.r[0][0], true);
     move(pose, own.p, -1);
 }
 
@@ -124,7 +112,7 @@ static void turn_chart(const further *also, int k, int after, kmp_pose *pose)
 {
     for (int c = 0; also && also->charts && c < also->charts->count; c++)
         if (also->charts->first[c] == k - after && also->charts->before[c] == (after == 0))
-            turn(pose->r, also->charts->chart + 9 * (ptrdiff_t)c, false);
+            kmp_turn3(pose->r, also->charts->chart + 9 * (ptrdiff_t)c, false);
 }
 
 static void keep_axis(const kmp_motion *motion, const kmp_pose *pose, bool all, double axis[3])
@@ -142,10 +130,10 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
         const kmp_point *at = &model->points[body->at];
         move_to_point(model, at, q, pose);
         if (at->turned)
-            turn(pose->r, &at->axes[0][0], false);
+            kmp_turn3(pose->r, &at->axes[0][0], false);
     }
     if (body->turned && !body->reversed)
-        turn(pose->r, &body->frame[0][0], false);
+        kmp_turn3(pose->r, &body->frame[0][0], false);
     for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
         const kmp_motion *motion = &model->motions[k];
         turn_chart(also, k, 0, pose);
@@ -160,13 +148,13 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
         turn_chart(also, k, 2, pose);
     }
     if (body->turned && body->reversed)
-        turn(pose->r, &body->frame[0][0], true);
+        kmp_turn3(pose->r, &body->frame[0][0], true);
     leave_station(model, body, q, pose);
     if (body->to < 0)
         return;
     const kmp_point *to = &model->points[body->to];
     if (to->turned)
-        turn(pose->r, &to->axes[0][0], true);
+        kmp_turn3(pose->r, &to->axes[0][0], true);
     move_to(pose, to->at, -1);
 }
 
@@ -235,7 +223,7 @@ void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, const do
     *pose = poses[at->body];
     move_to_point(model, at, q, pose);
     if (at->turned)
-        turn(pose->r, &at->axes[0][0], false);
+        kmp_turn3(pose->r, &at->axes[0][0], false);
 }
 
 void kmp_pose_axis(const kempe_model *model, const kmp_pose_zero *at, int point, int axis, double w[3])

@@ -286,6 +286,16 @@ bool kmp_check_follower(kmp_reader *r, const kmp_yaml *map, const char *what, co
         return kmp_complain_of(r, map, what,
                                "the profile of '%s' turns back about the origin at the polar angle %.6g deg",
                                outline->name, angle);
+    case KMP_CAM_NOT_FOUND:
+        return kmp_complain_of(r, map, what,
+                               "the place of contact on '%s' is not found at the polar angle %.6g deg: the search ends "
+                               "%.2g of the profile beside it, where %.0e is allowed; the profile bends too abruptly "
+                               "there: smooth its places%s",
+                               outline->name, angle, found.off, KMP_CAM_FOUND,
+                               follower->form == KMP_FOLLOWER_ROLLER ? " or take a smaller roller" : "");
+    case KMP_CAM_NO_MEMORY:
+        r->scratch.failed = true;
+        return false;
     case KMP_CAM_GOOD:
         break;
     }

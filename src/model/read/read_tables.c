@@ -258,19 +258,25 @@ bool kmp_points_increase(const kmp_points *p, const char *places, const char *on
 
 /* -- one variable ------------------------------------------------------------------------------------ */
 
+static double height_of(const kmp_table *t)
+{
+    double low = t->y[0], high = t->y[0];
+    for (int k = 1; k < t->count; k++) {
+        low = fmin(low, t->y[k]);
+        high = fmax(high, t->y[k]);
+    }
+    return high - low;
+}
+
 /* The first and the last point of a periodic table are one, but for its rise. */
 static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "periodic"), *outside = kmp_yaml_get(map, "outside");
     const kmp_table *t = table->table;
-    double low = t->y[0], high = t->y[0], rise = t->y[t->count - 1] - t->y[0];
-    for (int k = 1; k < t->count; k++) {
-        low = fmin(low, t->y[k]);
-        high = fmax(high, t->y[k]);
-    }
+    const double rise = t->y[t->count - 1] - t->y[0];
     if (outside)
         kmp_complain_of(r, outside, what, "a periodic table has no points outside");
-    if (fabs(rise - table->rise) > 1e-9 * (high - low))
+    if (fabs(rise - table->rise) > 1e-9 * height_of(t))
         kmp_complain_of(r, node, what, "the last value of a periodic table is the first one%s; they are %.9g and %.9g",
                         table->rise != 0 ? " and its rise" : "", t->y[t->count - 1], t->y[0]);
 }
@@ -296,12 +302,8 @@ static bool is_at_turn(const kmp_table *t, int k)
 static void note_overshoot(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_table *t)
 {
     enum { PIECES = 16 };
-    double low = t->y[0], high = t->y[0], most = 0, value = 0;
+    double most = 0, value = 0;
     int at = -1;
-    for (int k = 1; k < t->count; k++) {
-        low = fmin(low, t->y[k]);
-        high = fmax(high, t->y[k]);
-    }
     for (int k = 0; k + 1 < t->count; k++)
         for (int i = 1; i < PIECES && !is_at_turn(t, k); i++) {
             double y = kmp_table_value(t, 0, t->x[k] + (t->x[k + 1] - t->x[k]) * i / PIECES);
@@ -312,7 +314,7 @@ static void note_overshoot(kmp_reader *r, const kmp_yaml *map, const char *what,
                 at = k;
             }
         }
-    if (at >= 0 && most > OVERSHOOT * (high - low))
+    if (at >= 0 && most > OVERSHOOT * height_of(t))
         kmp_reader_warn(r, map->place,
                         "%s: its spline reaches %.6g between x = %.6g and %.6g, where the points have %.6g and %.6g: "
                         "method: monotone keeps their shape",

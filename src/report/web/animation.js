@@ -102,13 +102,18 @@ function evenLength(most) {
     return power10 * [5, 2, 1].find((part) => part * power10 <= most);
 }
 
+/* The unit that the page shows lengths in, and how many of it a metre is. */
+const lengthUnit = () => data.length || { unit: "m", factor: 1 };
+
 function lengthWords(metres) {
+    const { unit: own, factor } = lengthUnit();
+    if (own !== "m") return `${three(factor * metres)} ${own}`;
     return metres >= 1000 ? `${three(metres / 1000)} km` : metres >= 1 ? `${three(metres)} m` : metres >= 1e-3 ? `${three(1000 * metres)} mm` : `${three(1e6 * metres)} \u00b5m`;
 }
 
 /* Axes of the ground, direction of gravity, and a scale. */
 function drawGauge(gauge, m, view) {
-    const ink = softColour(), low = view.height - 26, length = evenLength(90 / view.scale), wide = length * view.scale, right = view.width - 10;
+    const ink = softColour(), low = view.height - 26, { factor } = lengthUnit(), length = evenLength((90 * factor) / view.scale) / factor, wide = length * view.scale, right = view.width - 10;
     const parts = [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].flatMap(([name, axis]) => arrow([34, low], axis, view, 20, ink, name));
     if (norm(m.picture.gravity) > 0) parts.push(...arrow([92, low - 20], unit(m.picture.gravity), view, 22, ink, "g"));
     parts.push(drawn2d("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));

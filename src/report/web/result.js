@@ -205,8 +205,8 @@ const earlier = series && series.earlier ? new Map(series.earlier.columns.map(({
 function earlierSet(column) {
     const values = earlier && over === abscissa ? earlier.get(column.name) : null, points = [];
     if (!values) return [];
-    earlier.get("t").forEach((x, k) => {
-        if (x >= range[0] && x <= range[1]) points.push({ x: Number(x), y: isFinite(values[k]) ? Number(values[k]) : null });
+    earlier.get("t").forEach((x, k, all) => {
+        if ((all[k + 1] ?? x) >= range[0] && (all[k - 1] ?? x) <= range[1]) points.push({ x: Number(x), y: isFinite(values[k]) ? Number(values[k]) : null });
     });
     return [curveOf(points, looks.get(column.name).colour, { column: { ...column, name: `${column.name} of ${series.earlier.name}` }, borderDash: [1.5, 3], borderWidth: 2.4 })];
 }

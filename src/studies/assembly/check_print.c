@@ -719,13 +719,26 @@ static void json_flexible(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
-/* Bodies with mass or without it (`heavy`), whose inertia is zero. */
+/* A rotation, or a deformation, between the ground and the body. */
+static bool rotates(const kempe_model *model, int body)
+{
+    for (int b = body; b > 0; b = model->bodies[b].parent)
+        for (int k = 0; k < model->bodies[b].motion_count; k++) {
+            const kmp_motion *motion = &model->motions[model->bodies[b].first_motion + k];
+            if (motion->rotation || motion->elastic)
+                return true;
+        }
+    return false;
+}
+
+/* Bodies without inertia: bodies with mass (`heavy`) that rotate, or bodies without mass. */
 static void show_bare(kmp_text *text, const kempe_check *check, const char *word, bool heavy)
 {
     const kempe_model *model = check->given->model;
     kmp_text names = {0};
     for (int b = 1; b < model->body_count; b++)
-        if (kmp_body_is_bare(&model->bodies[b]) && (model->bodies[b].mass.value != 0) == heavy)
+        if (kmp_body_is_bare(&model->bodies[b]) && (model->bodies[b].mass.value != 0) == heavy &&
+            (!heavy || rotates(model, b)))
             kmp_text_printf(&names, "%s%s", names.length > 0 ? ", " : "", model->bodies[b].name);
     if (names.length > 0)
         put_line(text, word, names.s);

@@ -12,11 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-static double trace(const kmp_number *t)
-{
-    return t[0].value + t[4].value + t[8].value;
-}
-
 /* Row k: force S_k and moment ax Z0_k about the origin. */
 static void find_wrench(const kmp_flexible *f, int k, double wrench[6])
 {
@@ -73,7 +68,8 @@ bool kmp_flexible_spectrum_find(const kmp_flexible *f, kmp_flexible_spectrum *s)
     for (int k = 0; good && k < n * n; k++) {
         const int i = k % n, j = k / n;
         stiffness[k] = f->stiffness[k].value;
-        mass[0][k] = mass[1][k] = trace(f->by_field + 9 * ((ptrdiff_t)all * i + j));
+        const kmp_number *of = f->by_field + 9 * ((ptrdiff_t)all * i + j);
+        mass[0][k] = mass[1][k] = of[0].value + of[4].value + of[8].value;
         for (int c = 0; c < 6; c++)
             mass[1][k] -= (wrench[6 * i + c] * moved[6 * j + c] + wrench[6 * j + c] * moved[6 * i + c]) / 2;
     }

@@ -739,7 +739,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
     /* Counts the changes of the assembly mode from row to row. */
     bool complete = t->status == KEMPE_OK && t->table.rows > 1;
     kmp_mode_watch *watch =
-        complete ? kmp_mode_watch_new(t->system, model->start.hold, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
+        complete ? kmp_mode_watch_new(t->system, model->start.hold, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), NULL)
                  : NULL;
     for (int row = 0; watch && row < t->table.rows; row++) {
         const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));

@@ -13,7 +13,7 @@ function framed(message) {
 /* JSON has no line breaks within its strings: headers are where such a line is. */
 const unframed = (text) => text.split(/Content-Length: \d+\r\n\r\n/).filter(Boolean).map((body) => JSON.parse(body));
 
-const modelAddress = () => `file://${bench.path.split("/").map(encodeURIComponent).join("/")}`;
+const modelAddress = () => `file://${(bench.shown === null ? bench.path : `/model/${bench.shown}`).split("/").map(encodeURIComponent).join("/")}`;
 
 /* The answer to a question about a place of the text, { line, ch }. */
 async function askLanguage(method, text, { line, ch }, more = {}) {
@@ -21,7 +21,7 @@ async function askLanguage(method, text, { line, ch }, more = {}) {
     const messages = [
         { id: 0, method: "initialize", params: { processId: null, rootUri: null, capabilities: {} } },
         { method: "initialized", params: {} },
-        { method: "textDocument/didOpen", params: { textDocument: { uri, languageId: "yaml", version: 1, text: bench.sound } } },
+        { method: "textDocument/didOpen", params: { textDocument: { uri, languageId: "yaml", version: 1, text: bench.shown === null ? bench.sound : text } } },
         { method: "textDocument/didChange", params: { textDocument: { uri, version: 2 }, contentChanges: [{ text }] } },
         { id: 1, method, params: { textDocument, position: { line, character: ch }, ...more } },
     ];

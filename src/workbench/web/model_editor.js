@@ -83,7 +83,8 @@ function markOf(editor, { level, text, line, column = 1 }) {
 
 /* Marks at their lines, and a list below the text; a press goes there. */
 function tellErrors(messages) {
-    const own = messages.filter(({ line }) => line);
+    const shown = bench.shown ?? bench.name, own = messages.filter(({ line, file = bench.name }) => line && file === shown);
+    bench.messages = messages;
     modelEditor.operation(() => {
         modelEditor.state.kempeMarks = own.map((message) => markOf(modelEditor, message));
         modelEditor.performLint();
@@ -93,15 +94,17 @@ function tellErrors(messages) {
 
 function tellMessages(messages) {
     byId("messages").replaceChildren(...messages.slice(0, 30).map((message) => {
-        const place = message.line ? `line ${message.line}${message.column ? `:${message.column}` : ""}: ` : "", press = element(`button.${message.level}`, place + message.text);
+        const { file = bench.name } = message, elsewhere = file === bench.name ? "" : `${file}, `, held = !elsewhere || bench.others.has(file);
+        const place = message.line ? `${elsewhere}line ${message.line}${message.column ? `:${message.column}` : ""}: ` : "", press = element(`button.${message.level}`, place + message.text + withoutFile(message));
         press.type = "button";
-        press.addEventListener("click", () => message.line && goToLine(message.line, message.column));
+        press.addEventListener("click", () => message.line && held && goToLine(message.line, message.column, file));
         return press;
     }));
 }
 
-function goToLine(line, column = 1) {
+function goToLine(line, column = 1, file = bench.name) {
     showPanel("text");
+    showFile(file === bench.name ? null : file);
     modelEditor.setCursor({ line: line - 1, ch: column - 1 });
     modelEditor.focus();
 }
@@ -110,6 +113,7 @@ function goToLine(line, column = 1) {
 
 /* Puts another text in place of the present one as one step of undo, and shows what was changed. */
 function changeText(after) {
+    showFile(null);
     const before = modelEditor.getValue();
     if (before === after) return;
     const { from, to, words } = differenceOf(before, after);
@@ -120,6 +124,12 @@ function changeText(after) {
         modelEditor.scrollIntoView({ from: { line: first.line, ch: 0 }, to: { line: last.line, ch: 0 } }, 40);
         setTimeout(() => mark.clear(), 2500);
     });
+}
+
+function tellUndo() {
+    const { undo, redo } = modelEditor.historySize();
+    byId("undo").disabled = undo === 0;
+    byId("redo").disabled = redo === 0;
 }
 
 /* Tab indents in the text: Escape goes on to the buttons. */

@@ -191,6 +191,63 @@ function addMotor(given, coordinate, { value = 0, angle = true, size = 0.1 } = {
     return [setEntry(given, ["drives", name], `{joint: ${coordinate}, ${law}}`), name];
 }
 
+/* -- removal ------------------------------------------------------------------------------------------------ */
+
+const CONNECTIONS = ["joints", "loops", "forces", "drives", "contacts"];
+
+/* True if the words of a value name a thing, other than as a key. */
+const isNamed = (words, name) => words.replace(/#.*$/gm, "").split(/[\s,[\]{}]+/).some((word, k, all) => [name, `"${name}"`, `'${name}'`].includes(word.split(".")[0]) && !word.endsWith(":"));
+
+/* [section, name] of the entries whose values name one of some things. */
+function entriesNaming(text, sections, names) {
+    const tree = readYaml(text);
+    return sections.flatMap((section) => (nodeAt(tree, [section])?.entries || []).filter(({ value }) => names.some((name) => isNamed(text.slice(value.start, value.end), name))).map(({ key }) => [section, key]));
+}
+
+/* Bodies that have no joint, neither their own nor one of the section. */
+function looseBodies(text) {
+    const tree = readYaml(text);
+    return keysAt(tree, ["bodies"]).filter((body) => !nodeAt(tree, ["bodies", body, "joint"]) && entriesNaming(text, ["joints"], [body]).length === 0);
+}
+
+const dropAll = (text, paths) => paths.reduce((left, path) => dropWhole(left, path), text);
+
+/* Without drives and start values of joints that are removed. */
+function dropJointUses(text, coordinates) {
+    const drives = entriesNaming(text, ["drives"], coordinates), tree = readYaml(text);
+    return dropAll(text, [...drives, ...["q", "qd"].flatMap((key) => coordinates.filter((name) => keysAt(tree, ["start", key]).includes(name)).map((name) => ["start", key, name]))]);
+}
+
+/* [text, words] without a part { kind, name, coordinates } and without what is joined to it. The kind is "body", "joint", "force" or "drive". A part
+ * stays where another body would have no joint without it: the words name that body. */
+function removePart(given, { kind, name, coordinates = [name] }) {
+    const tree = readYaml(given), has = (...path) => nodeAt(tree, path) !== undefined, refused = (words) => [given, words];
+    let text = given;
+    if (kind === "body") {
+        if (!has("bodies", name)) return refused(`${name} is not in the section bodies of this text.`);
+        const child = keysAt(tree, ["bodies"]).find((body) => {
+            const joint = nodeAt(tree, ["bodies", body, "joint"]);
+            return body !== name && joint && isNamed(given.slice(joint.start, joint.end), name);
+        });
+        if (child) return refused(`${child} hangs on ${name}: delete ${child} first.`);
+        const own = nodeAt(tree, ["bodies", name, "joint", "name"]), joints = entriesNaming(given, ["joints", "loops"], [name]);
+        text = dropJointUses(text, [...joints.map(([, joint]) => joint), own ? given.slice(own.start, own.end) : name, ...coordinates]);
+        text = dropAll(text, [["bodies", name], ...entriesNaming(text, CONNECTIONS, [name])]);
+    } else if (kind === "joint") {
+        const section = ["joints", "loops"].find((one) => has(one, name));
+        if (!section) return refused(`${name} is written with its body: delete the body, or change its joint in the text.`);
+        text = dropAll(dropJointUses(text, [...new Set([name, ...coordinates])]), [[section, name]]);
+    } else {
+        const section = kind === "drive" ? "drives" : "forces";
+        if (!has(section, name)) return refused(`${name} is not in the section ${section} of this text.`);
+        text = dropAll(text, [[section, name]]);
+    }
+    const [loose] = looseBodies(text).filter((body) => !looseBodies(given).includes(body));
+    return loose ? refused(`${loose} would have no joint: delete it first.`) : [text, `${name} is deleted. Undo brings it back.`];
+}
+
+/* -- start values and parameters ---------------------------------------------------------------------------- */
+
 const nameText = (name) => (/^[\w]+$/.test(name) ? name : JSON.stringify(name));
 
 /* Start values of coordinates, { value, angle }: as many decimals as a drawing has; loops are closed from there. */

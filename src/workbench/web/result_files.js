@@ -13,8 +13,8 @@ const stemOf = () => bench.name.replace(/\.[^.]*$/, "");
 
 /* A file that the command of the result writes in addition: curves as SVG, the motion as glTF. */
 async function fromCommand(options, file) {
-    const { answer, text } = resultNow(), model = { [bench.name]: text }, keep = answer.asked.filter((word, k, all) => !["--report", "--output", "--json"].includes(word) && !["--report", "--output", "--json"].includes(all[k - 1]));
-    const told = await bench.engine.command([...keep, ...options], { files: model, run: "file" });
+    const { answer, files } = resultNow(), keep = answer.asked.filter((word, k, all) => !["--report", "--output", "--json"].includes(word) && !["--report", "--output", "--json"].includes(all[k - 1]));
+    const told = await bench.engine.command([...keep, ...options], { files, run: "file" });
     if (!told.files[file]) throw new Error(failed(told));
     return told.files[file];
 }
@@ -71,33 +71,52 @@ function curvesAsked() {
 
 /* -- links -------------------------------------------------------------------------------------------------- */
 
-const LINK = "#model=";
+const LINK = "#model=", LINK_OF_FILES = "#files=";
 
 async function throughStream(bytes, stream) {
     return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
 }
 
 /* The text, compressed, in letters that an address may have. */
-async function linkOf(text) {
-    const bytes = await throughStream(new TextEncoder().encode(text), new CompressionStream("deflate-raw")), letters = btoa(String.fromCharCode(...bytes));
-    return LINK + letters.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+async function packed(text) {
+    const bytes = await throughStream(new TextEncoder().encode(text), new CompressionStream("deflate-raw"));
+    return lettersOf(bytes).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
-/* The text of a link; null: it has none. */
-async function textOfLink(link) {
-    if (!link.startsWith(LINK)) return null;
-    const bytes = new Uint8Array(bytesOf(link.slice(LINK.length).replaceAll("-", "+").replaceAll("_", "/")));
-    return new TextDecoder().decode(await throughStream(bytes, new DecompressionStream("deflate-raw")));
+/* Bytes in base64; a call takes only so many arguments. */
+function lettersOf(bytes) {
+    const parts = [];
+    for (let k = 0; k < bytes.length; k += 8192) parts.push(String.fromCharCode(...bytes.subarray(k, k + 8192)));
+    return btoa(parts.join(""));
+}
+
+/* The link of the model, with its other files where it has any. */
+async function linkOfModel() {
+    if (bench.others.size === 0) return LINK + (await packed(bench.text));
+    const others = Object.fromEntries([...bench.others].map(([name, { text, bytes }]) => [name, text === undefined ? { base64: lettersOf(bytes) } : { text }]));
+    return LINK_OF_FILES + (await packed(JSON.stringify({ name: bench.name, text: bench.text, others })));
+}
+
+/* { text, name, others } of a link, others by their names; null: it has no model. */
+async function modelOfLink(link) {
+    const begin = [LINK, LINK_OF_FILES].find((word) => link.startsWith(word));
+    if (!begin) return null;
+    const bytes = new Uint8Array(bytesOf(link.slice(begin.length).replaceAll("-", "+").replaceAll("_", "/")));
+    const text = new TextDecoder().decode(await throughStream(bytes, new DecompressionStream("deflate-raw")));
+    if (begin === LINK) return { text };
+    const told = JSON.parse(text), fileOf = ({ text: own, base64 }) => (typeof own === "string" ? { text: own } : { bytes: new Uint8Array(bytesOf(base64)) });
+    if (typeof told.text !== "string") throw new Error("no model");
+    return { text: told.text, name: String(told.name), others: Object.fromEntries(Object.entries(told.others).map(([name, file]) => [name, fileOf(file)])) };
 }
 
 /* The address of a page that others can open, with the model; of a server for one user only the part with the model, since the address
  * has the token of the server. */
 async function shareModel() {
-    const part = await linkOf(bench.text), address = bench.engine.isPrivate ? part : location.href.split("#")[0] + part;
+    const part = await linkOfModel(), address = bench.engine.isPrivate ? part : location.href.split("#")[0] + part;
     document.documentElement.dataset.shared = address;
     try {
         await navigator.clipboard.writeText(address);
-        tellHint(bench.engine.isPrivate ? "Copied: behind the address of any workbench it opens this model." : "The link is copied: it opens this model.");
+        tellHint(bench.engine.isPrivate ? "Copied. At the end of the address of any workbench it opens this model." : "The link is copied: it opens this model.");
     } catch {
         tellNotice("The browser does not let this page copy. The link: ", []);
         byId("notice").append(element("code", address));
@@ -115,7 +134,7 @@ async function takeAway(key) {
     }
 }
 
-function beginFiles(openText) {
+function beginFiles(take) {
     for (const button of document.querySelectorAll("[data-download]")) button.addEventListener("click", () => takeAway(button.dataset.download));
     byId("more").addEventListener("toggle", () => {
         for (const button of document.querySelectorAll("[data-download]")) button.disabled = !DOWNLOADS[button.dataset.download].ready();
@@ -132,14 +151,10 @@ function beginFiles(openText) {
     });
     byId("open-file").addEventListener("click", () => byId("file-input").click());
     byId("file-input").addEventListener("change", async () => {
-        const [file] = byId("file-input").files;
         byId("more").open = false;
-        if (file) openText(await file.text(), file.name);
+        await take([...byId("file-input").files]);
         byId("file-input").value = "";
     });
     for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => event.dataTransfer?.types.includes("Files") && event.preventDefault());
-    document.addEventListener("drop", async (event) => {
-        const [file] = event.dataTransfer?.files || [];
-        if (file) openText(await file.text(), file.name);
-    });
+    document.addEventListener("drop", (event) => take([...(event.dataTransfer?.files || [])]));
 }

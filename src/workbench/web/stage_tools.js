@@ -14,10 +14,14 @@ const HINTS = {
     slider: "Slider: press a point or a bar, and pull in the direction of the guide.",
     spring: "Spring: press where it begins, and where it ends.",
     motor: "Motor: press a joint.",
+    delete: "Delete: press a body, a joint or a spring.",
 };
 const HINTS_MORE = { drag: "Pull a body to move it, press a joint for its values.", view: "Press a joint for its values; pull to move the view." };
+const CHANGED_MODE = "The mechanism is in another assembly mode now";
+const PREPARED_AFTER = 300; /* ms until a drag that does not begin is said to be prepared */
 
-const drawing = { tool: "select", from: null, at: null, cross: null, pointer: "mouse", grip: null, picked: null, dragged: null, moving: null };
+/* picked: { kind, name } of a joint, body or force; grabbed: true while the arrow keys drag */
+const drawing = { tool: "select", from: null, at: null, cross: null, pointer: "mouse", grip: null, picked: null, dragged: null, moving: null, grabbed: false };
 
 /* -- tools -------------------------------------------------------------------------------------------------- */
 
@@ -82,7 +86,19 @@ const ACTIONS = {
         if (!joint) return tellHint("There is no joint: press the circle of a pin, or a slider.");
         return drawn(...motorOn(joint));
     },
+    delete(part) {
+        return part ? removed(part) : tellHint("There is no part: press a body, a joint or a spring.");
+    },
 };
+
+/* The text without a part. */
+function removed(part) {
+    if (bench.wrong) return tellHint("The text has an error: mend it before deleting a part.");
+    const joint = part.kind === "joint" && modelJoints(bench.model).find(({ name }) => name === part.name), body = part.kind === "body" && bench.model.bodies.find(({ name }) => name === part.name);
+    const coordinates = joint ? joint.coordinates : body ? body.motions.map(({ coordinate }) => coordinate) : [];
+    pick(null);
+    return drawn(...removePart(bench.text, { ...part, coordinates }));
+}
 
 /* The drive of a joint. */
 const driveOf = ({ name, coordinates }) => bench.model.closures.find((closure) => closure.kind === "drive" && (closure.coordinate === name || coordinates.includes(closure.coordinate)));
@@ -98,12 +114,13 @@ function motorOn(joint) {
 }
 
 const needsTwo = (tool) => ["bar", "point", "slider", "spring"].includes(tool);
-const placeNow = (pixel) => (drawing.tool === "motor" ? jointAtPixel(pixel, bench.model, drawing.pointer) : placeAtPixel(pixel, bench.model, drawing.pointer));
+const PARTS_OF_TOOLS = { motor: jointAtPixel, delete: partAtPixel };
+const placeNow = (pixel) => (PARTS_OF_TOOLS[drawing.tool] ?? placeAtPixel)(pixel, bench.model, drawing.pointer);
 
 /* A place is set: the first one of a tool, or what completes it. */
 function setPlace(pixel) {
     const normal = drawingNormal();
-    if (!normal) return tellHint("Parts are drawn along the axes of the ground: press Fit for that view.");
+    if (!normal && !PARTS_OF_TOOLS[drawing.tool]) return tellHint("Parts are drawn along the axes of the ground: press Fit for that view.");
     if (bench.wrong && bench.text.trim()) return tellHint("The text has an error: mend it before drawing.");
     const place = placeNow(pixel);
     if (needsTwo(drawing.tool) && !drawing.from) {
@@ -137,16 +154,14 @@ function drawTools(see, frame) {
         if (body === "ground") parts.push(drawn2d("path", { d: "M0,2L8,15H-8Z", fill: groundColour(), transform: `translate(${see(world)})` }));
         around(world, 4, { stroke: softColour(), "stroke-width": 1.5 });
     }
-    if (drawing.picked) {
-        const joint = modelJoints(bench.model).find(({ name }) => name === drawing.picked);
-        if (joint) around(joint.world, 11, { "stroke-dasharray": "5 3" });
-    }
+    for (const [part, dashes] of [[drawing.picked, "5 3"], [drawing.tool === "delete" ? drawing.at : null, ""]]) if (part) parts.push(...outlineOf(part, see, { fill: "none", stroke: colour, "stroke-width": 2, "stroke-dasharray": dashes }));
     if (drawing.from) {
         around(drawing.from.world, 6);
         const end = drawing.at ? see(drawing.at.world) : see(drawing.from.world);
         parts.push(drawn2d("path", { d: `M${see(drawing.from.world)}L${end}`, stroke: colour, "stroke-width": drawing.tool === "bar" ? 5 : 2, "stroke-linecap": "round", opacity: 0.6, ...(drawing.tool === "bar" ? {} : { "stroke-dasharray": "6 4" }) }));
     }
-    if (drawing.at && drawing.tool !== "select") {
+    if (drawing.cross && !drawing.at?.world) parts.push(...["M-9,0H9", "M0,-9V9"].map((d) => drawn2d("path", { d, stroke: colour, "stroke-width": 1.5, transform: `translate(${drawing.cross})` })));
+    if (drawing.at?.world && drawing.tool !== "select") {
         around(drawing.at.world, drawing.at.body || drawing.at.name ? 9 : 4, { "data-at": drawing.at.body ?? "" });
         const words = drawing.at.name ?? (drawing.at.body ? [drawing.at.body, drawing.at.point].filter(Boolean).join(".") : drawing.at.world.filter((_, k) => "xyz"[k] !== drawingNormal()).map((x) => plain(x)).join(", "));
         const [x, y] = see(drawing.at.world);
@@ -156,8 +171,24 @@ function drawTools(see, frame) {
         around(drawing.moving.world, 7);
         parts.push(drawn2d("path", { d: `M${see(drawing.moving.from)}L${see(drawing.moving.world)}`, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "4 3" }));
     }
-    if (drawing.dragged) parts.push(drawn2d("path", { d: `M${see(drawing.dragged.at)}L${see(drawing.dragged.target)}`, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "4 3" }));
+    if (drawing.dragged) {
+        const { at, target, changes } = drawing.dragged;
+        parts.push(drawn2d("path", { d: `M${see(at)}L${see(target)}`, stroke: colour, "stroke-width": 1.5, "stroke-dasharray": "4 3" }));
+        around(target, 5);
+        if (changes > 0) around(at, 14, { stroke: styleOf("--warn"), "stroke-width": 3 });
+    }
     return parts;
+}
+
+/* A ring about a joint, a line along a force, rings about the points of a body. */
+function outlineOf({ kind, name }, see, look) {
+    const ring = (world, r) => {
+        const [cx, cy] = see(world);
+        return drawn2d("circle", { cx, cy, r, "data-outline": name, ...look });
+    };
+    if (kind === "joint") return modelJoints(bench.model).filter((joint) => joint.name === name).map(({ world }) => ring(world, 11));
+    if (kind === "force") return modelForces(bench.model).filter((force) => force.name === name).map(({ ends: [a, b] }) => drawn2d("path", { d: `M${see(a.world)}L${see(b.world)}`, "data-outline": name, ...look, "stroke-width": 3 }));
+    return modelPlaces(bench.model).filter(({ body }) => body === name).map(({ world }) => ring(world, 8));
 }
 
 /* -- dragging a body ---------------------------------------------------------------------------------------- */
@@ -168,26 +199,31 @@ async function pull(target) {
     held.target = target;
     if (held.busy) return;
     held.busy = true;
+    const late = setTimeout(() => held.moved || tellHint("Preparing the mechanism for dragging: large ones take some seconds."), PREPARED_AFTER);
     try {
         for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
             if (asked !== held.target) before = Infinity;
             asked = held.target;
-            const known = bench.dragText === bench.text;
+            const state = stateNow(), known = bench.dragState === state;
             const told = await bench.engine.drag({ session: known ? bench.dragSession : null, text: known ? null : bench.text, q: held.q, body: held.body, point: held.point, target: asked });
-            Object.assign(bench, { dragSession: told.session, dragText: bench.text });
-            Object.assign(held, { q: told.q, moved: true });
+            Object.assign(bench, { dragSession: told.session, dragState: state });
+            if (!held.moved) tellHint();
+            Object.assign(held, { q: told.q, moved: true, watched: told.branch_changed !== null, changes: held.changes + Number(told.branch_changed === true) });
+            if (told.branch_changed) tellHint(`${CHANGED_MODE}.`);
             showPoses(told.poses);
             held.at = moved(poseOf(held.body), held.point);
             drawScene();
-            byId("view").dataset.closure = told.closure;
+            Object.assign(byId("view").dataset, { closure: told.closure, changes: held.changes });
             nearer = told.distance > 1e-6 && told.distance < 0.98 * before;
             before = told.distance;
         }
     } catch (error) {
-        bench.dragText = null;
+        bench.dragState = null;
         tellHint(sentence(error.message));
         drawing.dragged = null;
+        drawing.grabbed = false;
     }
+    clearTimeout(late);
     held.busy = false;
     if (held.released) endDrag(held);
 }
@@ -195,7 +231,7 @@ async function pull(target) {
 function beginDrag(place) {
     if (!bench.engine.drag || !bench.model || bench.wrong || !place.body || place.body === "ground") return false;
     play(false);
-    drawing.dragged = { body: place.body, point: place.local, at: place.world, target: place.world, q: shownScene.posed ? bench.dragQ ?? null : null, busy: false, moved: false };
+    drawing.dragged = { body: place.body, point: place.local, at: place.world, target: place.world, q: shownScene.posed ? bench.dragQ ?? null : null, busy: false, moved: false, watched: true, changes: 0 };
     return true;
 }
 
@@ -214,21 +250,23 @@ function endDrag(held) {
     keep.id = "keep-start";
     keep.addEventListener("click", () => {
         const angles = new Set(coordinateList().filter(({ angle }) => angle).map(({ name }) => name));
-        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The start of the model is where the bodies are.");
+        drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The model now starts where the bodies are.");
         byId("picked").hidden = true;
     });
-    showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, ...coordinateWords(name, value)]), [keep]);
+    const modes = held.changes > 0 ? `${CHANGED_MODE} than when it was taken${held.changes > 1 ? `, or back: ${held.changes} changes` : ""}.` : held.watched ? "" : "Changes of the assembly mode are not marked in this mechanism: it has spherical joints, or more than 60 coordinates.";
+    showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, ...coordinateWords(name, value)]), [keep], modes);
+    moveCardAside(held.at);
     drawScene();
 }
 
 /* -- what was picked ---------------------------------------------------------------------------------------- */
 
-function showCard(title, rows, buttons) {
+function showCard(title, rows, buttons, words = "") {
     const table = element("table", ...rows.map((cells) => rowOf(...cells))), close = element("button", "Close");
     close.type = "button";
     close.addEventListener("click", () => pick(null));
-    delete byId("picked").dataset.joint;
-    byId("picked").replaceChildren(element("strong", title), table, ...buttons, close);
+    delete byId("picked").dataset.part;
+    byId("picked").replaceChildren(element("strong", title), table, ...(words ? [element("p.warning", words)] : []), ...buttons, close);
     byId("picked").hidden = false;
 }
 
@@ -251,9 +289,49 @@ function jointRows({ name, coordinates }) {
     return rows;
 }
 
-function pick(name) {
-    drawing.picked = name;
-    delete byId("picked").dataset.joint;
+function bodyRows({ name, mass, points }) {
+    return [["mass", digits(mass, 5), "kg"], ["points", Object.keys(points || {}).join(", ") || "\u2013"], ...jointRows(modelJoints(bench.model).find(({ on }) => on === name) || { name, coordinates: [] })].filter(([, value]) => value !== undefined);
+}
+
+function forceRows({ ends: [a, b], name }) {
+    const given = bench.model.forces.find((force) => force.name === name), row = forces?.rows.find((one) => one.name === name && one.kind === "forces");
+    const length = ["length", digits(norm(sub(b.world, a.world)), 5), "m"], known = [["stiffness", "N/m"], ["damping", "N s/m"], ["free_length", "m"]].filter(([key]) => isNumber(given[key])).map(([key, unit]) => [key.replace("_", " "), digits(given[key], 5), unit]);
+    return [length, ...known, ...(row && !shownScene.posed ? [["force", digits(norm(forceAt(row, shownScene.poses, shownScene.t)[0]), 5), forces.unit]] : [])];
+}
+
+/* The words of the card of a picked part { title, rows, buttons, world }; null: the model has no such part now. */
+function cardOf({ kind, name }) {
+    if (kind === "body") {
+        const body = bench.model?.bodies.find((one) => one.name === name);
+        return body ? { title: name, rows: bodyRows(body), buttons: [], world: moved(poseOf(name), body.com || [0, 0, 0]) } : null;
+    }
+    if (kind === "force") {
+        const force = modelForces(bench.model).find((one) => one.name === name);
+        return force ? { title: `${name}: ${force.ends.map(({ body, point }) => (point ? `${body}.${point}` : body)).join(", ")}`, rows: forceRows(force), buttons: [], world: force.ends[0].world } : null;
+    }
+    const joint = modelJoints(bench.model).find((one) => one.name === name);
+    if (!joint) return null;
+    const driven = driveOf(joint), may = !bench.wrong && !driven && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
+    const buttons = may ? [["Add a motor", () => drawn(...motorOn(joint))]] : driven ? [["Delete the motor", () => removed({ kind: "drive", name: driven.name })]] : [];
+    return { title: `${joint.name}: ${joint.bodies.join(", ")}`, rows: jointRows(joint), buttons, world: joint.world };
+}
+
+/* The card goes to the corner of the picture where it hides least of the mechanism; the place that it tells of counts most. */
+function moveCardAside(world) {
+    const card = byId("picked"), see = seeNow(), { width, height } = frameNow(), room = 16;
+    const seen = modelBars(bench.model).flatMap(([a, b]) => [0, 0.25, 0.5, 0.75, 1].map((part) => see(add(scaled(1 - part, a.world), scaled(part, b.world)))));
+    const hides = ([right, low]) => ([x, y]) => (right ? width - x : x) < card.offsetWidth + room && (low ? height - y : y) < card.offsetHeight + room + (low ? 0 : 16);
+    const corners = [[false, false], [true, false], [false, true], [true, true]].map((corner) => [seen.filter(hides(corner)).length + (world && hides(corner)(see(world)) ? 100 : 0), corner]);
+    const [, [right, low]] = corners.reduce((best, one) => (one[0] < best[0] ? one : best));
+    card.classList.toggle("right", right);
+    card.classList.toggle("low", low);
+}
+
+/* A part of the model, by default a joint; null: nothing is picked. */
+function pick(name, kind = "joint") {
+    drawing.picked = name ? { kind, name } : null;
+    drawing.grabbed = false;
+    delete byId("picked").dataset.part;
     byId("picked").hidden = !name;
     tellPicked();
     drawScene();
@@ -261,18 +339,21 @@ function pick(name) {
 
 /* While the picture moves only the numbers are written again, so that buttons stay where they are pressed. */
 function tellPicked() {
-    const joint = drawing.picked && modelJoints(bench.model).find(({ name }) => name === drawing.picked), card = byId("picked");
-    if (!joint) {
-        if (drawing.picked) pick(null);
+    const { picked } = drawing, card = byId("picked"), told = picked && cardOf(picked);
+    if (!told) {
+        if (picked) pick(null);
         return;
     }
-    if (card.dataset.joint === joint.name && !card.hidden) return card.querySelector("table").replaceChildren(...jointRows(joint).map((cells) => rowOf(...cells)));
-    const motor = element("button", "Add a motor");
-    motor.type = "button";
-    motor.addEventListener("click", () => drawn(...motorOn(joint)));
-    const may = !bench.wrong && !driveOf(joint) && joint.coordinates.length <= 1 && (joint.coordinates.length === 1 || ["revolute", "prismatic"].includes(joint.kind));
-    showCard(`${joint.name}: ${joint.bodies.join(", ")}`, jointRows(joint), may ? [motor] : []);
-    card.dataset.joint = joint.name;
+    if (card.dataset.part === picked.name && !card.hidden) return card.querySelector("table").replaceChildren(...told.rows.map((cells) => rowOf(...cells)));
+    const buttons = [...told.buttons, ["Delete", () => removed(picked)]].map(([words, press]) => {
+        const button = element("button", words);
+        button.type = "button";
+        button.addEventListener("click", press);
+        return button;
+    });
+    showCard(told.title, told.rows, buttons);
+    moveCardAside(told.world);
+    card.dataset.part = picked.name;
     return undefined;
 }
 
@@ -319,6 +400,7 @@ function zoomView(factor, pixel) {
 
 function pressed(event) {
     const pixel = pixelOf(event);
+    if (drawing.grabbed) endGrab(true);
     byId("view").setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, pixel);
     drawing.pointer = event.pointerType || "mouse";
@@ -383,12 +465,15 @@ function released(event) {
     drawing.moving = null;
     if (moving) setPin(moving);
     else if (drawing.dragged) endDrag(drawing.dragged);
-    else if (!grip.moved) pick(jointAtPixel(pixel, bench.model, drawing.pointer)?.name ?? null);
+    else if (!grip.moved) {
+        const part = partAtPixel(pixel, bench.model, drawing.pointer);
+        pick(part?.name ?? null, part?.kind);
+    }
 }
 
 /* -- the keyboard ------------------------------------------------------------------------------------------- */
 
-const TOOL_KEYS = { s: "select", b: "bar", p: "pin", t: "point", l: "slider", k: "spring", m: "motor" };
+const TOOL_KEYS = { s: "select", b: "bar", p: "pin", t: "point", l: "slider", k: "spring", m: "motor", x: "delete" };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /* The cross of a tool moves by the grid. */
@@ -402,15 +487,65 @@ function moveCross([x, y], far) {
 
 /* Joints one after another. */
 function pickNext(back) {
-    const names = modelJoints(bench.model).map(({ name }) => name), at = names.indexOf(drawing.picked);
-    if (names.length > 0) pick(names[(at + (back ? -1 : 1) + names.length + (at < 0 && back ? 1 : 0)) % names.length]);
+    pickAfter(modelJoints(bench.model).map(({ name }) => ({ kind: "joint", name })), back);
+}
+
+function pickAfter(parts, back) {
+    const at = parts.findIndex(({ kind, name }) => kind === drawing.picked?.kind && name === drawing.picked.name);
+    if (parts.length === 0) return;
+    const { name, kind } = parts[(at + (back ? -1 : 1) + parts.length + (at < 0 && back ? 1 : 0)) % parts.length];
+    pick(name, kind);
+}
+
+/* Bodies and forces one after another. */
+function pickNextPart(back) {
+    pickAfter([...(bench.model?.bodies || []).map(({ name }) => ({ kind: "body", name })), ...modelForces(bench.model).map(({ name }) => ({ kind: "force", name }))], back);
+}
+
+/* -- dragging by the keyboard ------------------------------------------------------------------------------- */
+
+/* The place by which the arrow keys drag what is picked: a pin of the ground, which moves, or a point of a body. */
+function grabbedPlace() {
+    const { picked } = drawing, joint = picked?.kind === "joint" && modelJoints(bench.model).find(({ name }) => name === picked.name);
+    if (joint) {
+        const ground = joint.bodies.includes("ground") && groundPinAt({ world: joint.world });
+        return ground ? { pin: ground } : { place: { body: joint.on, local: joint.at, world: joint.world } };
+    }
+    const body = picked?.kind === "body" && bench.model?.bodies.find(({ name }) => name === picked.name), local = body && (body.com || [0, 0, 0]);
+    return body ? { place: { body: picked.name, local, world: moved(poseOf(picked.name), local) } } : null;
+}
+
+function grab() {
+    const found = grabbedPlace();
+    if (!found) return tellHint("Pick a joint with J or a body with N first; G then drags it with the arrow keys.");
+    if (found.pin) drawing.moving = { point: found.pin.point, from: found.pin.world, world: found.pin.world };
+    else if (!beginDrag(found.place)) return tellHint("This part cannot be dragged.");
+    drawing.grabbed = true;
+    return tellHint("The arrow keys move it by the grid, with Shift by five steps. Enter ends, Escape leaves a pin where it was.");
+}
+
+function moveGrabbed([x, y], far) {
+    const { right, up } = frameNow(), step = gridStep() * (far ? 5 : 1), by = add(scaled(x * step, right), scaled(-y * step, up));
+    if (drawing.moving) drawing.moving.world = snapped(add(drawing.moving.world, by));
+    else if (drawing.dragged) pull(add(drawing.dragged.target, by));
+}
+
+/* A pin goes to its place, unless the keys were left; a body stays where it was dragged to. */
+function endGrab(keeps) {
+    const { moving, dragged } = drawing;
+    Object.assign(drawing, { grabbed: false, moving: null });
+    if (moving && keeps) setPin(moving);
+    else if (dragged) endDrag(dragged);
+    tellHint();
 }
 
 function typed(event) {
     const arrow = ARROWS[event.key], { camera } = shownScene, middle = [byId("view").clientWidth / 2, byId("view").clientHeight / 2];
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const done = () => event.preventDefault();
-    if (arrow && drawing.tool !== "select") moveCross(arrow, event.shiftKey);
+    if (drawing.grabbed && arrow) moveGrabbed(arrow, event.shiftKey);
+    else if (drawing.grabbed && ["Enter", "Escape", "g"].includes(event.key)) endGrab(event.key !== "Escape");
+    else if (arrow && drawing.tool !== "select") moveCross(arrow, event.shiftKey);
     else if (arrow && shownScene.basis.planar && !event.shiftKey) shiftView(-40 * arrow[0], -40 * arrow[1]);
     else if (arrow) turnView(-12 * arrow[0], 12 * arrow[1]);
     else if (event.key === "Enter" && drawing.tool !== "select") setPlace(drawing.cross || middle);
@@ -421,6 +556,9 @@ function typed(event) {
     } else if (event.key === " ") play(!shownScene.playing);
     else if (event.key === "+" || event.key === "-") zoomView(event.key === "+" ? 1.2 : 1 / 1.2, middle);
     else if (event.key === "j" || event.key === "J") pickNext(event.key === "J");
+    else if (event.key === "n" || event.key === "N") pickNextPart(event.key === "N");
+    else if (event.key === "g") grab();
+    else if ((event.key === "Delete" || event.key === "Backspace") && drawing.picked) removed(drawing.picked);
     else if (event.key === "f") fitScene();
     else if (TOOL_KEYS[event.key]) chooseTool(TOOL_KEYS[event.key]);
     else return;

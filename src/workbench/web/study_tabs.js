@@ -49,7 +49,7 @@ const overrides = () => Object.entries(bench.values).flatMap(([name, value]) => 
 async function runCommand(command, words, { report = true, table = true, run = "study" } = {}) {
     const files = [...(report ? ["--report", OUTPUTS.page] : []), ...(table ? ["--output", OUTPUTS.table] : []), "--json", OUTPUTS.json];
     const asked = [command, bench.name, ...words, ...overrides(), ...files];
-    const answer = await bench.engine.command(asked, { files: { [bench.name]: bench.text }, run });
+    const answer = await bench.engine.command(asked, { files: modelFiles(), run });
     const decode = (name) => (answer.files[name] ? new TextDecoder().decode(answer.files[name]) : null), html = decode("page.html"), json = decode("result.json");
     if (html) takeColours(html);
     return { ...answer, asked, html, csv: decode("table.csv"), page: html ? pageData(html) : null, json: json ? JSON.parse(json) : null };
@@ -384,7 +384,7 @@ function showModes({ page, answer }) {
         row.classList.toggle("chosen", k === studies.chosen);
         return row;
     }));
-    if (studies.chosen >= 0 && resultNow().text === bench.text) showMode(page, studies.chosen);
+    if (studies.chosen >= 0 && resultNow().state === stateNow()) showMode(page, studies.chosen);
     tellPrinted(answer.text);
 }
 
@@ -415,7 +415,8 @@ function showStudy() {
         tellVerdict("failed", result.failed);
         tellPrinted(result.answer?.text);
     } else study.show(result);
-    if (result && result.text !== bench.text) byId("facts").prepend(element("p.warning", "The text was changed after this result: press Run."));
+    const stale = bench.wrong ? "The text was changed after this result, and has an error: mend it, then press Run." : "The text was changed after this result: press Run.";
+    if (result && result.state !== stateNow()) byId("facts").prepend(element("p.warning", stale));
 }
 
 async function runStudy() {
@@ -429,12 +430,12 @@ async function runStudy() {
     }
     Object.assign(bench, { running: true, stopping: false });
     Object.assign(shownScene, { span: null, period: 0 });
-    const late = setTimeout(() => (button.textContent = "Stop"), 300), watch = setInterval(tellProgress, PROGRESS_EACH), { text } = bench;
+    const late = setTimeout(() => (button.textContent = "Stop"), 300), watch = setInterval(tellProgress, PROGRESS_EACH), kept = { state: stateNow(), files: modelFiles() };
     try {
         const result = await study.run();
-        studies.results[study.of ?? study.key] = { ...result, text };
+        studies.results[study.of ?? study.key] = { ...result, ...kept };
     } catch (error) {
-        studies.results[study.of ?? study.key] = { failed: sentence(error.message), text };
+        studies.results[study.of ?? study.key] = { failed: sentence(error.message), ...kept };
     }
     clearTimeout(late);
     clearInterval(watch);

@@ -11,8 +11,13 @@ const bench = {
     engine: pageEngine, name: "model.yaml", path: "/model.yaml", text: "", sound: "", saved: "", version: 0, /* sound: the last text without an error */
     model: null, start: null, startPage: null, wrong: false, /* of the text: numbers, assembled start, its picture, whether it has an error */
     values: {}, /* parameters that sliders have changed */
-    run: null, running: false, stopping: false, checked: Promise.resolve(), dragSession: null, dragText: null, dragQ: null, end: null,
+    run: null, running: false, stopping: false, checked: Promise.resolve(), dragSession: null, dragState: null, dragQ: null, end: null,
+    others: new Map(), othersChanged: 0, shown: null, /* further files by their names { text or bytes, saved, doc }; the one that is shown, null: the model */
+    removed: false, lost: false, /* the file is missing on disk; the server does not answer */
 };
+
+/* The text of the model with its other files, to which a result belongs. */
+const stateNow = () => `${bench.othersChanged} ${bench.text}`;
 
 /* -- checks ------------------------------------------------------------------------------------------------- */
 
@@ -20,7 +25,7 @@ const jsonOf = (answer, name) => (answer.files[name] ? JSON.parse(new TextDecode
 
 /* Reads and assembles the text: errors at their places, else the model and its start. */
 async function checkText({ picture = true } = {}) {
-    const { text } = bench, files = { [bench.name]: text }, set = overrides();
+    const { text } = bench, state = stateNow(), files = modelFiles(), set = overrides();
     if (!text.trim()) {
         Object.assign(bench, { model: null, start: null, startPage: null, wrong: false });
         tellErrors([]);
@@ -31,7 +36,7 @@ async function checkText({ picture = true } = {}) {
         bench.engine.command(["show", bench.name, "--model", ...set, "--json", OUTPUTS.json], { files, run: "show" }),
         runCommand("assemble", [], { table: false, run: "start" }),
     ]);
-    if (text !== bench.text) return undefined;
+    if (state !== stateNow()) return undefined;
     const model = shown.code === 0 ? jsonOf(shown, "result.json") : null, begun = !model && isBegun(text), closed = Boolean(start.json?.q && start.page);
     const open = model && !closed && !start.messages.some(({ level }) => level === "error") ? [{ level: "error", text: failed(start) }] : [];
     bench.wrong = !begun && !model;
@@ -68,9 +73,8 @@ let typedTimer = 0;
 
 /* After a change of the text: one check when typing rests. */
 function textChanged() {
-    bench.text = modelEditor.getValue();
-    byId("undo").disabled = modelEditor.historySize().undo === 0;
-    byId("redo").disabled = modelEditor.historySize().redo === 0;
+    takeShownText();
+    tellUndo();
     tellSaved();
     clearTimeout(typedTimer);
     let start;
@@ -92,8 +96,10 @@ function textChanged() {
 
 /* -- the file ----------------------------------------------------------------------------------------------- */
 
+const hasChanges = () => bench.removed || bench.text !== bench.saved || [...bench.others.values()].some((file) => file.text !== file.saved);
+
 function tellSaved() {
-    const changed = bench.text !== bench.saved;
+    const changed = hasChanges();
     byId("saved").textContent = bench.engine.save ? (changed ? "not saved" : "saved") : "";
     byId("save").hidden = !bench.engine.save;
     byId("save").disabled = !changed;
@@ -117,17 +123,25 @@ function tellNotice(words, buttons = []) {
 
 function takeFile({ name, text, version }, { show = true } = {}) {
     Object.assign(bench, { name, version, saved: text });
-    if (show && modelEditor.getValue() !== text) changeText(text);
+    tellThere();
+    if (show && bench.text !== text) changeText(text);
     tellSaved();
 }
 
+/* The file and the server are there again. */
+function tellThere() {
+    if (bench.removed || bench.lost) tellNotice("");
+    Object.assign(bench, { removed: false, lost: false });
+}
+
 async function saveText() {
-    if (!bench.engine.save || bench.text === bench.saved) return;
+    if (!bench.engine.save || !hasChanges()) return;
     const { text } = bench;
     try {
         const told = await bench.engine.save(text, bench.version);
         if (told.conflict) return offerConflict(told.conflict);
         Object.assign(bench, { saved: text, version: told.version });
+        tellThere();
         tellSaved();
     } catch (error) {
         tellNotice(`The file was not saved: ${error.message}`);
@@ -147,32 +161,49 @@ async function watchFile() {
     for (;;) {
         try {
             const file = await bench.engine.changed(bench.version);
+            if (bench.lost) tellThere();
             if (!file || file.version === bench.version) continue;
             if (file.text === bench.text || bench.text === bench.saved) takeFile(file);
-            else if (file.text !== bench.saved) {
+            else if (file.text === bench.saved) takeFile(file, { show: false });
+            else {
                 bench.version = file.version;
                 offerConflict(file);
             }
-        } catch {
+        } catch (error) {
+            tellMissing(error);
             await new Promise((done) => setTimeout(done, WATCH_AGAIN));
         }
     }
 }
 
+/* The file was removed, or the server ended: the text is only in this page then. */
+function tellMissing({ status, message }) {
+    const before = { removed: bench.removed, lost: bench.lost };
+    Object.assign(bench, { removed: status === 404, lost: status === undefined });
+    if (bench.removed && !before.removed) tellNotice(`${bench.name} is not there any more: ${sentence(message)} This page has its text.`, [{ words: "Save it again", press: saveText }]);
+    else if (bench.lost && !before.lost) tellNotice("The server of this page does not answer: kempe workbench may have ended. This page still has the text; Files has it as a download.");
+    tellSaved();
+}
+
 /* A text from elsewhere takes the place of the present one; undo brings it back. */
-function openText(text, name) {
+function openText(text, from) {
+    showFile(null);
     changeText(text);
-    tellNotice(`The text is the one of ${name}. ${bench.engine.saving} ${bench.name}; undo brings the former one back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
+    tellNotice(`The model is now the text of ${from}. ${bench.engine.saving} ${bench.name}. Undo brings the former text back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
 }
 
 async function openLink() {
     try {
-        const text = await textOfLink(location.hash);
-        if (text !== null) openText(text, "the link");
+        const told = await modelOfLink(location.hash);
+        if (told?.others && !bench.engine.holdsFiles) tellNotice(`The link has several files: ${[told.name, ...Object.keys(told.others)].join(", ")}. kempe workbench takes further files from the folder of the model: open the link in a page without a server.`);
+        else if (told) {
+            for (const [name, file] of Object.entries(told.others || {})) addFile(name, file);
+            openText(told.text, "the link");
+        }
     } catch {
         tellNotice("The link does not contain a whole model: a part of it may be missing.");
     }
-    if (location.hash.startsWith(LINK)) history.replaceState(null, "", location.href.split("#")[0]);
+    if ([LINK, LINK_OF_FILES].some((word) => location.hash.startsWith(word))) history.replaceState(null, "", location.href.split("#")[0]);
 }
 
 /* -- parameters --------------------------------------------------------------------------------------------- */
@@ -275,7 +306,7 @@ async function begin() {
     beginTime();
     beginTools();
     beginStudies();
-    beginFiles(openText);
+    beginFiles(takeFiles);
     byId("save").addEventListener("click", saveText);
     byId("undo").addEventListener("click", () => modelEditor.undo());
     byId("redo").addEventListener("click", () => modelEditor.redo());
@@ -283,7 +314,7 @@ async function begin() {
     document.addEventListener("keydown", pressedKey);
     dark.addEventListener("change", recolour);
     window.addEventListener("hashchange", openLink);
-    window.addEventListener("beforeunload", (event) => bench.text !== bench.saved && event.preventDefault());
+    window.addEventListener("beforeunload", (event) => hasChanges() && event.preventDefault());
     new ResizeObserver(drawScene).observe(byId("view"));
     showPanel(document.body.dataset.panel);
     try {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The mechanism of the workbench: what is drawn, from where, at which time, and what is at a place of the picture. The drawing
- * itself is the one of report pages (src/report/web). */
+ * itself is in the scripts of report pages (src/report/web). */
 "use strict";
 
 const NEAR_PIXELS = { mouse: 11, pen: 14, touch: 22 };
@@ -294,6 +294,23 @@ function modelJoints(model) {
         return { name, kind, coordinates: [], on, at: body?.points?.[point] || [0, 0, 0], bodies: points.map((end) => end.split(".")[0]) };
     });
     return [...tree, ...loops].filter(({ at }) => Array.isArray(at)).map((joint) => ({ ...joint, world: moved(poseOf(joint.on), joint.at) }));
+}
+
+/* The springs and other forces between two points { name, kind, ends: two places }. */
+function modelForces(model) {
+    const places = modelPlaces(model), placeOf = (end) => places.find(({ body, point }) => (point ? `${body}.${point}` : body) === end);
+    const between = (model?.forces || []).map(({ name, kind, points }) => ({ name, kind, ends: (points || []).map(placeOf) }));
+    return between.filter(({ ends }) => ends.length === 2 && ends.every(Boolean));
+}
+
+/* The part at a pixel { kind, name }: a joint, a spring, a body. null: there is none. */
+function partAtPixel(pixel, model, pointer = "mouse") {
+    const see = seeNow(), joint = jointAtPixel(pixel, model, pointer);
+    if (joint) return { kind: "joint", name: joint.name };
+    const force = nearest(modelForces(model), NEAR_PIXELS[pointer] || 11, ({ ends: [a, b] }) => distanceTo(pixel, see(a.world), see(b.world)));
+    if (force) return { kind: "force", name: force.name };
+    const { body } = placeAtPixel(pixel, model, pointer);
+    return body && body !== "ground" ? { kind: "body", name: body } : null;
 }
 
 const jointAtPixel = (pixel, model, pointer = "mouse") => nearest(modelJoints(model), NEAR_PIXELS[pointer] + 3, awayFrom(pixel, seeNow()));

@@ -182,3 +182,16 @@ function dropEntry(text, path) {
     if (node.entries.length === 1) return splice(text, node.start + 1, node.end - 1, "");
     return k > 0 ? splice(text, node.entries[k - 1].value.end, entry.value.end, "") : splice(text, entry.at, node.entries[1].at, "");
 }
+
+/* Without the entry at a path, and without the mappings that it leaves empty, of which comments stay. */
+function dropWhole(text, path) {
+    const left = dropEntry(text, path), above = nodeAt(readYaml(left), path.slice(0, -1));
+    if (left === text) return text;
+    return path.length > 1 && !above?.entries?.length ? dropWhole(left, path.slice(0, -1)) : withoutDoubleGap(left, differenceOf(text, left).from);
+}
+
+/* One empty line where a removal has left two. */
+function withoutDoubleGap(text, at) {
+    const from = text.slice(0, at).replace(/[ \t]*$/, "").length, before = /(^|\n)[ \t]*\n$/.test(text.slice(0, from)), after = /^[ \t]*(\n|$)/.exec(text.slice(from));
+    return before && after && (after[0] || from === text.length) ? text.slice(0, from).replace(after[0] ? /$/ : /\n$/, "") + text.slice(from + after[0].length) : text;
+}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every sum goes over the terms that are not zero for every state, in the order of the loops for one direction. Zeros
  * of X, M and the factor are listed once for a choice. */
-#include "constraints/partition/direction_lanes.h"
+#include "analyses/derivatives/direction_lanes.h"
 #include "base/memory.h"
 #include "linalg/wide_rows.h"
 #include <float.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "base/json_value.h"
+#include "language_server/json_value.h"
 #include "base/text.h"
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +8,7 @@ typedef struct json_reader {
     kmp_arena *arena;
     const char *at, *end;
     int level;
+    bool replaced; /* a character of the last string */
 } json_reader;
 
 static const kmp_json_value *read_value(json_reader *r);
@@ -47,16 +48,17 @@ static long read_hex(json_reader *r)
 static long join_halves(json_reader *r, long code)
 {
     enum { UNKNOWN = 0xFFFD };
-    if (code < 0xD800 || code > 0xDFFF)
-        return code > 0 ? code : UNKNOWN;
-    if (code > 0xDBFF || r->end - r->at < 6 || r->at[0] != '\\' || r->at[1] != 'u')
-        return UNKNOWN;
-    const char *before = r->at;
-    r->at += 2;
-    const long low = read_hex(r);
-    if (low >= 0xDC00 && low <= 0xDFFF)
-        return 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
-    r->at = before;
+    if (code > 0 && (code < 0xD800 || code > 0xDFFF))
+        return code;
+    if (code >= 0xD800 && code <= 0xDBFF && r->end - r->at >= 6 && r->at[0] == '\\' && r->at[1] == 'u') {
+        const char *before = r->at;
+        r->at += 2;
+        const long low = read_hex(r);
+        if (low >= 0xDC00 && low <= 0xDFFF)
+            return 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
+        r->at = before;
+    }
+    r->replaced = true;
     return UNKNOWN;
 }
 
@@ -95,6 +97,7 @@ static const char *read_string(json_reader *r)
     while (end < r->end && *end != '"')
         end += *end == '\\' && end + 1 < r->end ? 2 : 1;
     char *text = kmp_arena_alloc(r->arena, (size_t)(end - r->at) + 1, 1), *to = text;
+    r->replaced = false;
     while (to && r->at < r->end && *r->at != '"') {
         const char c = *r->at++;
         if (c == '\\')
@@ -184,6 +187,7 @@ static const kmp_json_value *read_value(json_reader *r)
     if (take(r, '"')) {
         value->kind = KMP_JSON_STRING;
         value->text = read_string(r);
+        value->replaced = r->replaced;
         return value->text ? value : NULL;
     }
     if (take(r, '{')) {

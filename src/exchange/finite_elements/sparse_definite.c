@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides CHOLMOD (Chen, Davis, Hager, Rajamanickam, ACM TOMS 35 (2008) 22). As UMFPACK, it is loaded at its first use.
  */
-#include "linalg/sparse_definite.h"
+#include "exchange/finite_elements/sparse_definite.h"
 #include "base/arena.h"
+#include "base/loaded_library.h"
 #include "base/memory.h"
-#include "platform/platform.h"
 #include <string.h>
 
 #if defined KEMPE_UMFPACK && defined KEMPE_CHOLMOD_LIBRARY
@@ -13,35 +13,23 @@
 
 #ifdef WITH_CHOLMOD
 #include <cholmod.h>
-#include <pthread.h>
 
 #define FUNCTIONS(ONE) ONE(start) ONE(finish) ONE(analyze) ONE(factorize) ONE(solve) ONE(free_factor) ONE(free_dense)
 
 /* The library's functions by their names without cholmod_l_. */
-static struct library {
+static struct functions {
 #define ONE(name) __typeof__(&cholmod_l_##name) name;
     FUNCTIONS(ONE)
 #undef ONE
-    bool found;
 } library;
-
-static void load(void)
-{
-    void *handle = kmp_library_open(KEMPE_CHOLMOD_LIBRARY);
-    bool found = handle;
-#define ONE(name)                                                                                                      \
-    *(void **)&library.name = found ? kmp_library_find(handle, "cholmod_l_" #name) : NULL;                             \
-    found = library.name;
-    FUNCTIONS(ONE)
-#undef ONE
-    library.found = found;
-}
 
 static bool is_there(void)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    (void)pthread_once(&once, load);
-    return library.found;
+#define ONE(name) "cholmod_l_" #name,
+    static const char *const names[] = {FUNCTIONS(ONE)};
+#undef ONE
+    static kmp_loaded_library loaded = KMP_LOADED_LIBRARY(KEMPE_CHOLMOD_LIBRARY, names, &library);
+    return !kmp_library_missing(&loaded);
 }
 #endif
 

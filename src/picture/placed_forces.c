@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A contact presses along its normal n with N. Its friction f against the rate of a slip v.t is f t, because the
  * virtual power f v.t is the power of that force. A contact with a law has the vector of its friction. */
-#include "dynamics/placed_forces.h"
+#include "picture/placed_forces.h"
 #include "dynamics/closures.h"
 #include "dynamics/kinematics/cam_contact.h"
 #include "dynamics/kinematics/kinematics_numbers.h"

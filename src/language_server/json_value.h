@@ -17,6 +17,7 @@ typedef enum kmp_json_kind {
 typedef struct kmp_json_value {
     kmp_json_kind kind;
     const char *text; /* of a string, a number, true or false as written; otherwise "" */
+    bool replaced;    /* of a string: it has half of a surrogate pair or a zero, for which `text` has U+FFFD */
     int count;        /* of an array or an object */
     const char **keys;
     const struct kmp_json_value **items;

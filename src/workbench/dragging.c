@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/closing/dragging.h"
+#include "workbench/dragging.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
@@ -28,8 +28,8 @@ enum { MOST_STEPS = 8, MOST_TRIES = 12 };
 
 KMP_FREES(kmp_dragging, d, kmp_mode_watch_free(d->watch), kmp_walk_free(d->walk), kmp_arena_free(&d->arena))
 
-/* Releases drives, but not locks. Returns the number of their rows. */
-static int release_drives(kmp_dragging *d)
+/* Releases drives, but not locks. */
+static void release_drives(kmp_dragging *d)
 {
     const kempe_system *s = d->system;
     int count = 0;
@@ -41,12 +41,11 @@ static int release_drives(kmp_dragging *d)
         d->walk->excluded = d->released;
     if (d->walk->rank >= 0)
         d->walk->rank -= count;
-    return count;
 }
 
 /* Counts the degrees of freedom at the start, and watches the assembly modes by independent coordinates: as many of the
  * model's choice as can be. False: no memory. */
-static bool choose_watched(kmp_dragging *d, bool driven)
+static bool choose_watched(kmp_dragging *d)
 {
     const kempe_model *model = d->system->model;
     const int n = d->system->n;
@@ -70,7 +69,7 @@ static bool choose_watched(kmp_dragging *d, bool driven)
         liked[u[k]] = true;
         d->freedoms += !d->hold[u[k]];
     }
-    d->watch = count > 0 && !driven ? kmp_mode_watch_new(d->system, liked, d->q) : NULL;
+    d->watch = count > 0 ? kmp_mode_watch_new(d->system, liked, d->q, d->released) : NULL;
     return true;
 }
 
@@ -104,7 +103,8 @@ static kempe_status prepare(kmp_dragging *d)
         d->hold[k] = s->model->motions[k].elastic;
     d->walk->hold = d->hold;
     d->damping = FIRST_DAMPING;
-    KMP_TRY(kmp_made(s->context, choose_watched(d, release_drives(d) > 0)));
+    release_drives(d);
+    KMP_TRY(kmp_made(s->context, choose_watched(d)));
     if (!close_loops(d, d->q))
         memcpy(d->q, d->start, n * sizeof *d->q);
     return KEMPE_OK;
@@ -142,16 +142,11 @@ static void project(kmp_dragging *d, double *x)
             x[k] += closer.dx[k] / s->scale[k];
 }
 
-static double closure_at(const kmp_dragging *d)
-{
-    return d->system->m > 0 ? kmp_eval_residual(d->walk->eval) : 0;
-}
-
 void kmp_dragging_look(kmp_dragging *d, kmp_drag_report *report)
 {
     *report = (kmp_drag_report){0};
     kmp_eval_closure(d->walk->eval, 0, d->q);
-    report->closure = closure_at(d);
+    report->closure = d->system->m > 0 ? kmp_eval_residual(d->walk->eval) : 0;
     report->mode = d->watch ? kmp_mode_watch_next(d->watch, d->q) != NULL : -1;
     kmp_pose_all(d->system->model, d->q, d->poses);
 }

@@ -2,7 +2,7 @@
 /* Every loop goes over the entries that are not zero for every state, and does one operation on all lanes. The order of
  * elimination is the order of complete pivoting of the scaled Jv at one state; where its multipliers become large in a
  * lane, the caller must take another one. */
-#include "constraints/partition/reduction_lanes.h"
+#include "analyses/derivatives/reduction_lanes.h"
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "constraints/evaluation/stage_lanes.h"
