@@ -219,7 +219,7 @@ class Live(unittest.TestCase):
         self.assertEqual(page.missing_files(), ["kempe_page.js"])
 
     def test_the_run_as_given_is_that_of_the_page(self):
-        """What is shown at once is what the page then computes itself: poses of all bodies, forces, and the answer."""
+        """The page computes the poses, forces and answer that it has shown at once."""
         poses = """(() => { const { t_start: from, t_end: to } = shownPicture.picture.frames;
             return [0, 0.3, 0.77, 1].map((part) => [shownPicture.motion(from + part * (to - from)), forces.rows.map((row) => forces.at(Math.round(part * (forces.x.length - 1)), row))]); })()"""
         for name in ("four_bar", "stewart"):  # with all frames at once
@@ -268,7 +268,7 @@ class Sources(unittest.TestCase):
                          {"a": ("mm", 150, 450), "c": ("", -6, -2), "d": ("deg", -180, 180), "e": ("kg/m", 1, 3)})
 
 
-# What a page does by and by: (mark of its user timing, what is done then).
+# Steps of a page: the mark of its user timing, and a sentence.
 STEPS = (("live page: drawn", "the mechanism moves, with plots and sliders"), ("kempe: start", "kempe_page.js is read"), ("kempe: parts", "its base64 is decoded"),
          ("kempe: compiled", "it is decompressed and compiled"), ("kempe: ready", "a change would be computed now"), ("live page: repeated", "the page has repeated the run itself"))
 VISITS = 9
