@@ -119,7 +119,7 @@ class SitePage(unittest.TestCase):
     def test_several_files(self):
         page = self.start()
         self.take({"link.yaml": LINK, "double.yaml": DOUBLE})
-        self.assertEqual((page.model(), page.text("#messages")), (DOUBLE, ""))
+        self.assertEqual((page.model(), page.text("#messages"), page.text("#file-name")), (DOUBLE, "", "double.yaml"))
         self.assertRegex(page.text("#model-files"), r"link\.yaml")
         page.run("motion")
         self.assertEqual(page.text("#verdict"), "✓ Complete: 0 to 0.2 s")
@@ -142,7 +142,7 @@ class SitePage(unittest.TestCase):
         self.assertIn("#files=", address)
         page.value("Object.assign(bench, { saved: bench.text }), bench.others.forEach((file) => (file.saved = file.text))")
         page.open(address)
-        self.assertEqual((page.model(), page.text("#messages")), (DOUBLE, ""))
+        self.assertEqual((page.model(), page.text("#messages"), page.text("#file-name")), (DOUBLE, "", "double.yaml"))
         page.checked(lambda: page.press("#model-files .away"))
         self.assertIn("link.yaml", page.text("#messages"))
         page.checked(lambda: page.press("#notice button"))
@@ -157,6 +157,13 @@ class SitePage(unittest.TestCase):
         self.assertEqual(page.model(), TABLE)
         page.run("motion")
         self.assertEqual(page.text("#verdict"), "✓ Complete: 0 to 0.5 s")
+        hostile = "<img src=x onerror=window.hurt=1>"
+        link = page.value(f"bench.others.set({json.dumps(hostile + '.csv')}, {{ text: '1' }}), bench.name = {json.dumps(hostile + '.yaml')}, linkOfModel()")
+        page.value("bench.saved = bench.text, bench.others.forEach((file) => (file.saved = file.text))")
+        self.start(link=link)
+        self.assertEqual((page.text("#file-name"), page.model()), (hostile + ".yaml", TABLE))
+        self.assertIn(hostile, page.text("#model-files"))
+        self.assertEqual(page.value("[window.hurt ?? null, document.images.length]"), [None, 0])
 
     def test_the_mouse_adds_a_bar(self):
         page = self.start("")

@@ -212,7 +212,7 @@ class Bench(unittest.TestCase):
         return self.page
 
     def tearDown(self):
-        self.page.value("Object.assign(bench, { saved: bench.text, removed: false })")  # a page with unsaved text asks before it is left
+        self.page.value("Object.assign(bench, { saved: bench.text, removed: false }), 1")  # a page with unsaved text asks before it is left
         self.assertEqual([line for line in self.page.complaints() if line not in self.expected], [])
 
 

@@ -41,17 +41,17 @@ function showFile(name) {
 function showFiles() {
     const names = [...bench.others.keys()];
     byId("model-files").hidden = names.length === 0;
-    byId("model-files").replaceChildren(...[null, ...names].flatMap((name) => {
+    byId("model-files").replaceChildren(...[null, ...names].map((name) => {
         const press = element("button", name ?? bench.name), isText = name === null || bench.others.get(name).text !== undefined;
         Object.assign(press, { type: "button", disabled: !isText, title: isText ? "" : "This file is not a text: the model uses it as it is" });
         press.setAttribute("aria-pressed", String(name === bench.shown));
         press.addEventListener("click", () => showFile(name));
-        if (name === null) return [press];
+        if (name === null) return press;
         const away = element("button.away", "\u00d7");
         away.type = "button";
         away.setAttribute("aria-label", `Take ${name} away`);
         away.addEventListener("click", () => takeAwayFile(name));
-        return [press, away];
+        return element("span", press, away);
     }));
 }
 
@@ -59,6 +59,12 @@ function showFiles() {
 function withoutFile({ text }) {
     const missing = bench.engine.holdsFiles && /cannot read '([^']+)'/.exec(text);
     return missing ? ` Open ${missing[1].split("/").pop()} with Files to add it.` : "";
+}
+
+/* The model has the name of the file that it is from, by which it is saved. */
+function takeName(name) {
+    if (bench.others.delete(name)) showFiles();
+    Object.assign(bench, { name, path: `/model/${name}` });
 }
 
 /* -- files that come and go --------------------------------------------------------------------------------- */
@@ -112,6 +118,10 @@ async function takeFiles(files) {
     const named = (one) => nameInTexts(one.name, [...present, ...opened.filter((other) => other !== one).map(({ text }) => text ?? "")]);
     const first = models.find((one) => !named(one)) ?? (opened.length > 1 && !opened.some(named) ? models[0] : undefined);
     for (const one of opened) if (one !== first) addFile(named(one) ?? one.name, one);
-    if (first) openText(first.text, first.name);
-    else tellNotice(`The model has ${opened.map(({ name }) => name).join(", ")} now.`);
+    if (first) {
+        takeName(first.name);
+        openText(first.text, first.name);
+        showFiles();
+    }
+    if (!first) tellNotice(`The model has ${opened.map(({ name }) => name).join(", ")} now.`);
 }

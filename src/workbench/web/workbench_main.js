@@ -189,7 +189,7 @@ function tellMissing({ status, message }) {
 function openText(text, from) {
     showFile(null);
     changeText(text);
-    tellNotice(`The model is now the text of ${from}. ${bench.engine.saving} ${bench.name}. Undo brings the former text back.`, [{ words: "Undo", press: () => modelEditor.undo() }]);
+    tellNotice(`The model is now the text of ${from}. ${bench.engine.saving} ${bench.name}. Undo brings the former text back.`, [{ words: "Undo", press: () => (showFile(null), modelEditor.undo()) }]);
 }
 
 async function openLink() {
@@ -197,6 +197,7 @@ async function openLink() {
         const told = await modelOfLink(location.hash);
         if (told?.others && !bench.engine.holdsFiles) tellNotice(`The link has several files: ${[told.name, ...Object.keys(told.others)].join(", ")}. kempe workbench takes further files from the folder of the model: open the link in a page without a server.`);
         else if (told) {
+            if (told.others) takeName(told.name);
             for (const [name, file] of Object.entries(told.others || {})) addFile(name, file);
             openText(told.text, "the link");
         }
