@@ -78,7 +78,7 @@ typedef enum kmp_cam_fault {
     KMP_CAM_UNDERCUT, /* the profile of a law has a cusp */
     KMP_CAM_NOT_FLAT, /* a flat face on a hollow */
     KMP_CAM_NOT_ROUND, /* the path turns back about the centre */
-    KMP_CAM_NOT_FOUND, /* the search for the place of contact ends beside it */
+    KMP_CAM_NOT_FOUND, /* the search for the place of contact misses it */
     KMP_CAM_NO_MEMORY
 } kmp_cam_fault;
 
