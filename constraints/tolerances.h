@@ -689,9 +689,9 @@
  * negative forces are rounding. */
 #define KMP_PULLING_FORCE 1e-9
 
-/** The place of contact on a cam is found to this part of its profile. The distance of the follower is stationary there,
- * so that its error is the square; between 2048 nodes of the search an acceleration has the square of the rate of the
- * error, some 1e-12. */
+/** The place of contact on a cam is found to this part of its profile. The distance of the follower is stationary
+ * there, so that its error is the square; between 2048 nodes of the search an acceleration has the square of the rate
+ * of the error, some 1e-12. */
 #define KMP_CAM_FOUND 1e-10
 
 /** Written angles, over a turn, and written lifts and lengths, over the largest, are equal within this: files have nine

@@ -15,7 +15,7 @@ typedef struct kmp_csv_field {
 
 struct kmp_csv;
 
-/** What a file has, and who takes its lines; false: no memory. */
+/** The form of a file: errors, and the functions that take its lines. They return false without memory. */
 typedef struct kmp_csv_form {
     const char *lacks_header, *lacks_rows; /* errors of a file without one, and without any; NULL: it may have none */
     bool (*header)(struct kmp_csv *csv, const char *line);

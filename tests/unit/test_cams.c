@@ -522,8 +522,8 @@ static void a_sweep_passes_a_narrow_nose(void)
     kmp_table_free(polar);
 }
 
-/* A nose between two nodes of the search, narrower than their distance, and noise under a flat face: the search ends
- * beside the place of contact. */
+/* A nose between two nodes of the search, narrower than their distance, and noise under a flat face: the search misses
+ * the place of contact. */
 static void abrupt_profiles_are_refused(void)
 {
     static char text[100000], model[110000];

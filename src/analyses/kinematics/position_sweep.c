@@ -540,7 +540,7 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
         if (margin < KMP_MARGIN_ENTRY)
             kmp_text_printf(&j->reason, "the position is nearly singular (%.1e)", margin);
         else
-            kmp_text_put(&j->reason, "the mechanism bends there within the shortest step of a sweep");
+            kmp_text_put(&j->reason, "the position changes abruptly, within the shortest step of a sweep");
         kmp_angles_explain(k->system->model, here->x, &j->reason);
         return KEMPE_E_FAILED;
     }

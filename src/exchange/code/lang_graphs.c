@@ -26,10 +26,11 @@
 
 /* Functions that all three libraries call by the same names. */
 #define ALIKE(library)                                                                                                 \
-    [KMP_OP_SIN] = {library "sin"}, [KMP_OP_COS] = {library "cos"}, [KMP_OP_SQRT] = {library "sqrt"},                  \
-    [KMP_OP_EXP] = {library "exp"}, [KMP_OP_LOG] = {library "log"}, [KMP_OP_SINH] = {library "sinh"},                  \
-    [KMP_OP_COSH] = {library "cosh"}, [KMP_OP_TANH] = {library "tanh"}, [KMP_OP_SIGN] = {library "sign"},              \
-    [KMP_OP_FLOOR] = {library "floor"}
+    [KMP_OP_SIN] = {.call = library "sin"}, [KMP_OP_COS] = {.call = library "cos"},                                    \
+    [KMP_OP_SQRT] = {.call = library "sqrt"}, [KMP_OP_EXP] = {.call = library "exp"},                                  \
+    [KMP_OP_LOG] = {.call = library "log"}, [KMP_OP_SINH] = {.call = library "sinh"},                                  \
+    [KMP_OP_COSH] = {.call = library "cosh"}, [KMP_OP_TANH] = {.call = library "tanh"},                                \
+    [KMP_OP_SIGN] = {.call = library "sign"}, [KMP_OP_FLOOR] = {.call = library "floor"}
 
 static const kmp_function_spelling in_jax[KMP_OP_COUNT] = {
     ALIKE("jnp."),

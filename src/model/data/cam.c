@@ -334,9 +334,9 @@ static kmp_cam_check check_search(const kmp_cam *cam, const kmp_cam_follower *fo
     const kmp_table *given = cam->place[0] ? cam->place[0] : cam->table;
     const int all = BETWEEN * (PLACES + (given ? given->count - 1 : 0));
     for (int k = 0; begins && k < all; k++) {
-        const int node = k / BETWEEN - PLACES;
+        const int interval = k / BETWEEN, node = interval - PLACES;
         const double within = (k % BETWEEN + 0.5) / BETWEEN;
-        double part = (k / BETWEEN + within) / PLACES, angle, size;
+        double part = (interval + within) / PLACES, angle, size;
         if (node >= 0)
             part = (given->x[node] + within * (given->x[node + 1] - given->x[node]) - (cam->table ? 0 : given->x[0])) /
                    (given->x[given->count - 1] - given->x[0]);

@@ -74,11 +74,11 @@ bool kmp_outline_is_smooth(const struct kmp_outline *outline);
 /** Faults of a follower on a cam. */
 typedef enum kmp_cam_fault {
     KMP_CAM_GOOD,
-    KMP_CAM_HOLLOW,   /* the roller does not fit into a hollow */
-    KMP_CAM_UNDERCUT, /* the profile of a law has a cusp */
-    KMP_CAM_NOT_FLAT, /* a flat face on a hollow */
+    KMP_CAM_HOLLOW,    /* the roller does not fit into a hollow */
+    KMP_CAM_UNDERCUT,  /* the profile of a law has a cusp */
+    KMP_CAM_NOT_FLAT,  /* a flat face on a hollow */
     KMP_CAM_NOT_ROUND, /* the path turns back about the centre */
-    KMP_CAM_NOT_FOUND, /* the search for the place of contact ends beside it */
+    KMP_CAM_NOT_FOUND, /* the search for the place of contact misses it */
     KMP_CAM_NO_MEMORY
 } kmp_cam_fault;
 

@@ -287,12 +287,12 @@ bool kmp_check_follower(kmp_reader *r, const kmp_yaml *map, const char *what, co
                                "the profile of '%s' turns back about the origin at the polar angle %.6g deg",
                                outline->name, angle);
     case KMP_CAM_NOT_FOUND:
-        return kmp_complain_of(r, map, what,
-                               "the place of contact on '%s' is not found at the polar angle %.6g deg: the search ends "
-                               "%.2g of the profile beside it, where %.0e is allowed; the profile bends too abruptly "
-                               "there: smooth its places%s",
-                               outline->name, angle, found.off, KMP_CAM_FOUND,
-                               follower->form == KMP_FOLLOWER_ROLLER ? " or take a smaller roller" : "");
+        return kmp_complain_of(
+            r, map, what,
+            "the place of contact on '%s' is not found at the polar angle %.6g deg: the search misses it by "
+            "%.2g of the profile, %.0e is allowed; smooth the profile%s",
+            outline->name, angle, found.off, KMP_CAM_FOUND,
+            follower->form == KMP_FOLLOWER_ROLLER ? " or take a smaller roller" : "");
     case KMP_CAM_NO_MEMORY:
         r->scratch.failed = true;
         return false;
