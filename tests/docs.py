@@ -100,7 +100,7 @@ def commands(page):
 def ran(words, folder):
     """A command at its end; a server is interrupted when it has printed its address."""
     if words[0] != "workbench":
-        path = quick_path(QUICK_CC.parent) if words[0] == "fmu" and not FULL else os.environ["PATH"]
+        path = quick_path(QUICK_CC.parent) if "--platforms" in words and not FULL else os.environ["PATH"]
         return subprocess.run([KEMPE, *words], cwd=folder, capture_output=True, text=True, timeout=300, env={**os.environ, "PATH": path})
     with subprocess.Popen([KEMPE, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         address = server.stdout.readline()
