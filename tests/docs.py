@@ -33,7 +33,7 @@ import model_pages  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 import python_pages  # noqa: E402
-from generate.quick_cc import quick_compiler  # noqa: E402
+from generate.quick_cc import quick_compiler, quick_path  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 QUICK_CC = "cc"  # without optimisation, set where commands run
@@ -100,7 +100,8 @@ def commands(page):
 def ran(words, folder):
     """A command at its end; a server is interrupted when it has printed its address."""
     if words[0] != "workbench":
-        return subprocess.run([KEMPE, *words], cwd=folder, capture_output=True, text=True, timeout=300)
+        path = quick_path(QUICK_CC.parent) if "--platforms" in words and not FULL else os.environ["PATH"]
+        return subprocess.run([KEMPE, *words], cwd=folder, capture_output=True, text=True, timeout=300, env={**os.environ, "PATH": path})
     with subprocess.Popen([KEMPE, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         address = server.stdout.readline()
         server.terminate()

@@ -86,7 +86,7 @@ class Page(html.parser.HTMLParser):
 
 
 def data_of(page):
-    """What the script of a page's file holds, of which the browser gives no copy."""
+    """The data of a page, from its file: the browser gives no copy of them."""
     text = page.read_text()
     begin = text.index(">", text.index('id="data"')) + 1
     return json.loads(text[begin:text.index("</script>", begin)])

@@ -329,7 +329,7 @@ def test_summaries_have_no_words_of_the_command(four_bar, tmp_path):
         "modes": example("suspension").system().modes(),
         "equilibrium": example("suspension").system().equilibrium(),
         "inverse": example("delta_robot").system().inverse(actuators="A1,A2,A3"),
-        "cycles": example("cooperrider").system().limit_cycles(sweep="V=50:75:20"),
+        "cycles": kempe.Model(EXAMPLES.parent / "tests/models/bautin.yaml").system().limit_cycles(sweep="mu=-0.3:0.2:6", outputs="state(x)"),
         "ensemble": ensemble.run(t_end=0.1),
         "statistics": ensemble.run(t_end=0.1).statistics(),
         "folder": ensemble.run_folder(folder, t_end=0.1),
