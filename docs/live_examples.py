@@ -7,13 +7,15 @@
     python3 docs/live_examples.py --measure build/wasm/javascript             times of all runs in Node.js
 
 Each page shows the run of its model at once, as the module has computed it in Node.js when the page was made; `first_runs` beside the
-module keeps these runs until the module or the model changes. SHORTER and LEFT_OUT say which runs are too long for a page: they were chosen by --measure.
+module keeps these runs until the module or the model changes. SHORTER says which runs are too long for a page: they were chosen by --measure. The module of a page
+reads the model language only: files of robots are translated by the command, that of KEMPE or of a build.
 """
 import base64
 import hashlib
 import html
 import json
 import math
+import os
 import pathlib
 import re
 import shutil
@@ -29,12 +31,7 @@ MOST_SLIDERS = 8
 MOST_BYTES = 200_000  # of the files of a model
 LONG = "the whole run takes longer than a page should"
 
-SHORTER = {"wheelset": 5}  # example: end of its run on the page, s
-LEFT_OUT = {  # example: the reason
-    "flexible_car": "its run takes more than 10 s of processor time",
-    "robot_leg": "its bodies are in a URDF file, and the module of a page reads the model language alone",
-    "tram": "its equations and its run take more than 3 s of processor time",
-}
+SHORTER = {"wheelset": 5, "flexible_car": 0.5, "tram": 2}  # example: end of its run on the page, s
 
 PAGE = """<!doctype html>
 <!-- SPDX-License-Identifier: BSD-3-Clause -->
@@ -91,16 +88,27 @@ def parts_of(path, found=None):
         return found
     found[path] = path.read_bytes()
     if path.suffix == ".yaml":
-        for word in re.findall(r"[\w./-]+\.(?:yaml|csv|npz|whl|stl|obj|tir|txt|mat|json)\b", re.sub(r"#.*", "", found[path].decode())):
+        for word in re.findall(r"[\w./-]+\.(?:yaml|urdf|csv|npz|whl|stl|obj|tir|txt|mat|json)\b", re.sub(r"#.*", "", found[path].decode())):
             part = (path.parent / word).resolve()
             if part.is_file() and part.is_relative_to(ROOT):
                 parts_of(part, found)
     return found
 
 
+def command():
+    """The command of KEMPE, or of a build; None: there is none."""
+    places = [os.environ.get("KEMPE"), *(ROOT / f"build/{build}/kempe" for build in ("release", "dev"))]
+    return next((str(place) for place in places if place and pathlib.Path(place).is_file()), None)
+
+
 def example_files(name):
-    """[(name in the page, bytes)] of an example, with paths from the folder that all of them are in."""
-    return [(path.relative_to(ROOT / "examples").as_posix(), content) for path, content in parts_of(model_of(name)).items()]
+    """[(name in the page, bytes)] of an example, with paths from the folder that all of them are in. Robots in URDF are translated."""
+    parts = parts_of(model_of(name))
+    for robot in [path for path in parts if path.suffix == ".urdf"]:
+        own = robot.with_name(f"{robot.stem}_urdf.yaml")
+        parts = {path: content.replace(robot.name.encode(), own.name.encode()) for path, content in parts.items() if path != robot}
+        parts[own] = subprocess.run([command(), "show", robot, "--as", "yaml", "-q"], capture_output=True, check=True).stdout
+    return [(path.relative_to(ROOT / "examples").as_posix(), content) for path, content in parts.items()]
 
 
 def tutorial_files():
@@ -189,8 +197,8 @@ def examples():
 
 
 def reason_for_none(name):
-    if name in LEFT_OUT:
-        return LEFT_OUT[name]
+    if not command() and any(path.suffix == ".urdf" for path in parts_of(model_of(name))):
+        return "a robot in a URDF file is translated by the command: build it, or name it by KEMPE"
     size = sum(len(content) for _, content in example_files(name))
     return f"its files have {size // 1000} kB" if size > MOST_BYTES else None
 

@@ -3350,6 +3350,18 @@ class Generate(Case):
         leg.write_text(f"kempe: 1\nbodies: {{b: {body}}}\nforces:\nstart:\n")
         self.expect(0, "check", outer)
 
+    def test_gravity_of_an_include(self):
+        """It is not the gravity of the model: once told, at its place, where the model has none; in the result, too."""
+        part, outer = self.folder / "part.yaml", self.folder / "outer.yaml"
+        part.write_text("kempe: 1\ngravity: [0, -9.81, 0]\nbodies: {b: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0], inertia: {zz: 1}}}\n")
+        outer.write_text("kempe: 1\ninclude: [{file: part.yaml, prefix: a, repeat: 3}]\n")
+        told = self.expect(0, "check", outer).stderr
+        self.assertEqual(told.count("gravity is ignored"), 1)
+        self.assertIn(f"{part}:2:10: this gravity is ignored", told)
+        self.assertIn("this gravity is ignored", self.object(0, "simulate", outer, "--t-end", "0.1")["warnings"][0])
+        outer.write_text(outer.read_text() + "gravity: [0, 0, 0]\n")
+        self.assertEqual(self.expect(0, "check", outer).stderr, "")
+
     def test_a_doubt_of_the_model(self):
         """The friction of a slide lacks what presses it across the plane: every computation with forces says so, and instances in a folder."""
         model = self.folder / "flat.yaml"

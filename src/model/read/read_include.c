@@ -633,8 +633,13 @@ static void include_copy(kmp_reader *r, const kmp_yaml *node, int parent, const 
             join_maps(r, kmp_yaml_get(r->root, joined_parts[k]), kmp_yaml_get(root, joined_parts[k]), x.file));
     r->root =
         with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
-    if (x.foreign && !kmp_yaml_get(r->root, "gravity")) /* robots have it without writing it */
-        r->root = with_item(r, r->root, "gravity", kmp_yaml_get(root, "gravity"));
+    const kmp_yaml *gravity = kmp_yaml_get(r->root, "gravity") ? NULL : kmp_yaml_get(root, "gravity");
+    if (gravity && x.foreign) /* robots have it without writing it */
+        r->root = with_item(r, r->root, "gravity", gravity);
+    else if (gravity && copy <= 1)
+        kmp_reader_warn(r, gravity->place,
+                        "this gravity is ignored: the file is included by a model without gravity; write `gravity` in "
+                        "that model, [0, 0, 0] where there is none");
     include_all(r, x.root, x.file, rest);
     check_set(r, x.root, set);
 }
