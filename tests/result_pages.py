@@ -663,7 +663,7 @@ class Simulations(Case):
         told = f"'{table}' has times from 0 to 0.5 s, this run from 0 to 1 s: its dotted curves are drawn from 0 to 0.5 s"
         self.assertEqual((done.returncode, told in done.stderr), (0, True), done.stderr)
         self.open(self.folder / "p.html")
-        said, _ = self.run_script("return document.body.innerText.split('\\n').slice(0, 24).join(' ');")
+        said = self.run_script("return document.body.innerText.split('\\n').slice(0, 24).join(' ');")
         self.assertIn("its dotted curves are drawn from 0 to 0.5 s", said.replace("\u2009", " ").replace("\u00a0", " "))
         done = kempe("simulate", ROOT / model, "--t-end", "0.5", "--against", table, "--report", self.folder / "p.html")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -675,17 +675,17 @@ class Simulations(Case):
         self.assertIn("this run from 0 to 1 s: they do not meet, and nothing can be compared", done.stderr)
         table.write_text("\n".join([rows[0], rows[1].replace("0", "-1", 1), rows[-1].replace("0.5", "9", 1)]) + "\n")  # no row within the run
         self.open(self.make("simulate", model, "--t-end", "1", "--against", str(table)))
-        drawn, _ = self.run_script("return Object.values(plots).flatMap((plot) => plot.data.datasets).filter((set) => set.borderDash && set.column?.name.includes(' of ')).map((set) => set.data.length);")
+        drawn = self.run_script("return Object.values(plots).flatMap((plot) => plot.data.datasets).filter((set) => set.borderDash && set.column?.name.includes(' of ')).map((set) => set.data.length);")
         self.assertEqual(set(drawn), {2})
 
     def test_scale_in_the_units_of_the_page(self):
         self.open(self.make("simulate", "examples/four_bar/four_bar.yaml", "--units", "us"))
         words, pixels = self.run_script("""const line = [...document.querySelector(".gauge").querySelectorAll("path")].map((one) => /v6h([\\d.]+)v-6$/.exec(one.getAttribute("d"))).find(Boolean);
-            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")[0]
+            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")
         self.assertRegex(words, r"^[125]0* in$")
         self.open(self.make("simulate", "examples/four_bar/four_bar.yaml"))
         metric, wide = self.run_script("""const line = [...document.querySelector(".gauge").querySelectorAll("path")].map((one) => /v6h([\\d.]+)v-6$/.exec(one.getAttribute("d"))).find(Boolean);
-            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")[0]
+            return [document.querySelector(".gauge").dataset.scale, Number(line[1])];""")
         metres = float(metric.split()[0]) * (1e-3 if metric.endswith("mm") else 1)
         self.assertAlmostEqual(float(words.split()[0]) * 0.0254 / pixels, metres / wide, delta=1e-3 * metres / wide)
 
