@@ -165,7 +165,7 @@ def main(arguments):
     check = "--check" in arguments and "KEMPE_FULL" not in os.environ
     with tempfile.TemporaryDirectory() as folder:
         stage(pathlib.Path(folder))
-        status = sphinx(folder, out, check)
+        status = sphinx(folder, f"{folder}/.checked" if check else out, check)
     if status == 0 and not check and (MODULE / "kempe_page.js").exists():
         print(f"{len(live_examples.write(MODULE, out / 'live', to_docs=True))} live pages")
     if status == 0 and not check and (BENCH_MODULE / "kempe_page.js").exists():
