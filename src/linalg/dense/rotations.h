@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Products of matrices of 3 x 3 numbers, in line. They have no negative zeros, so that equal rotations have equal bits.
- */
+/* The product of matrices of 3 x 3 numbers, in line. It has no negative zeros, so that equal rotations have equal
+ * bits. */
 #pragma once
 
 #include <stdbool.h>
@@ -15,15 +15,4 @@ static inline void kmp_product3(double a[3][3], bool transposed, double b[3][3],
             for (int k = 0; k < 3; k++)
                 product[i][j] += (transposed ? a[k][i] : a[i][k]) * b[k][j];
     memcpy(out, product, sizeof product);
-}
-
-/** r becomes r m, or r m' when transposed; m row by row. */
-static inline void kmp_turn3(double r[3][3], const double *m, bool transposed)
-{
-    double product[3][3] = {{0}};
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++)
-                product[i][j] += r[i][k] * (transposed ? m[3 * j + k] : m[3 * k + j]);
-    memcpy(r, product, sizeof product);
 }

@@ -2,8 +2,8 @@
 /* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
 #include "model/data/angle_sum.h"
 #include "linalg/dense/dot.h"
-#include "linalg/dense/rotations.h"
 #include "model/data/model.h"
+#include "model/data/pose.h"
 #include <float.h>
 #include <math.h>
 

@@ -3,7 +3,6 @@
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "model/data/pose.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/rotations.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
 #include <math.h>

@@ -6,6 +6,18 @@
 #include "model/data/flexible.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
+#include <string.h>
+
+/** r becomes r m, or r m' when transposed; m row by row. */
+static inline void kmp_turn3(double r[3][3], const double *m, bool transposed)
+{
+    double product[3][3] = {{0}};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++)
+                product[i][j] += r[i][k] * (transposed ? m[3 * j + k] : m[3 * k + j]);
+    memcpy(r, product, sizeof product);
+}
 
 /** v_ground = p + r v_body */
 typedef struct kmp_pose {
