@@ -6,7 +6,6 @@
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
-#include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then
@@ -53,15 +52,3 @@ struct kempe_branches {
     kempe_status status;
     char *warnings; /* of the computation, one per line */
 };
-
-/** Changes of the assembly mode along a motion: the sign of det Jv, block by block, with the coordinates `kept` (n)
- * independent. q (n): a state at which the blocks are chosen. `released` (m): rows that do not hold, of states at
- * t = 0; NULL: all hold at any time. NULL: the kept coordinates do not determine the others, the closures depend on
- * time and none are released, joints have charts, the mechanism is large, or there is no memory. */
-typedef struct kmp_mode_watch kmp_mode_watch;
-kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q, const bool *released);
-void kmp_mode_watch_free(kmp_mode_watch *watch);
-
-/** The next state (n). The block of coordinates whose sign has changed since the last state where both were certain,
- * owned by the watch; NULL: none. */
-const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *watch, const double *q);

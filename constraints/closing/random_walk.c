@@ -15,6 +15,13 @@ enum { MOST_ITERATIONS = 40, TRIES = 5 };
 #define STEP  0.3 /* scaled, of the coordinate that moves most */
 #define MOVED 0.2 /* least part of the step after closing */
 
+/* A row that only deflections move opens by no more than they do: by a small unit it would pass for one of rounding. */
+double kmp_walk_unit(const kempe_system *system, int k)
+{
+    const kmp_motion *motion = &system->model->motions[k];
+    return !motion->elastic ? system->scale[k] : motion->rotation ? 1 : system->length;
+}
+
 /* Takes the evaluator. NULL: no memory. */
 static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
 {
@@ -32,12 +39,8 @@ static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
                    KMP_ROOM(int, size, &w->order, &w->row_order), KMP_ROOM(bool, m, &w->dropped));
     if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
         kmp_least_change_init(&w->least, w->eval)) {
-        /* A row that only deflections move opens by no more than they do: by a small unit it would pass for one of
-         * rounding. */
-        for (int k = 0; k < n; k++) {
-            const kmp_motion *motion = &system->model->motions[k];
-            w->scale[k] = !motion->elastic ? system->scale[k] : motion->rotation ? 1 : system->length;
-        }
+        for (int k = 0; k < n; k++)
+            w->scale[k] = kmp_walk_unit(system, k);
         return w;
     }
     kmp_walk_free(w);

@@ -16,7 +16,7 @@ typedef struct kmp_walk {
     int n, m;
     int rank;         /* rank of J for a system of rounded numbers, or one treated as rounded; -1: by pivots */
     bool *dropped;    /* m: rows that are dependent but for rounding, during kmp_walk_close */
-    double *scale;    /* n: units of coordinates; deflections go as far as other coordinates do */
+    double *scale;    /* n: units of coordinates, kmp_walk_unit */
     double *jacobian; /* m x n, scaled, of the last kmp_walk_evaluate */
     double *h;        /* m, scaled */
     double last;      /* the last kept pivot of the last kmp_walk_tangents */
@@ -28,6 +28,9 @@ typedef struct kmp_walk {
     double *pivots;  /* m + n */
     double *largest; /* n: scratch of the pivots */
 } kmp_walk;
+
+/** The unit of coordinate k: deflections go as far as other coordinates do. */
+double kmp_walk_unit(const kempe_system *system, int k);
 
 /** Makes a walk; NULL: no memory. */
 kmp_walk *kmp_walk_new(const kempe_system *system);

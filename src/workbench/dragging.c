@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "workbench/dragging.h"
 #include "base/memory.h"
+#include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
@@ -69,7 +70,7 @@ static bool choose_watched(kmp_dragging *d)
         liked[u[k]] = true;
         d->freedoms += !d->hold[u[k]];
     }
-    d->watch = count > 0 ? kmp_mode_watch_new(d->system, liked, d->q, d->released) : NULL;
+    d->watch = kmp_mode_watch_new(d->system, liked, 0, d->q, d->released);
     return true;
 }
 
@@ -147,7 +148,7 @@ void kmp_dragging_look(kmp_dragging *d, kmp_drag_report *report)
     *report = (kmp_drag_report){0};
     kmp_eval_closure(d->walk->eval, 0, d->q);
     report->closure = d->system->m > 0 ? kmp_eval_residual(d->walk->eval) : 0;
-    report->mode = d->watch ? kmp_mode_watch_next(d->watch, d->q) != NULL : -1;
+    report->mode = d->watch ? kmp_mode_watch_next(d->watch, 0, d->q) != NULL : -1;
     kmp_pose_all(d->system->model, d->q, d->poses);
 }
 

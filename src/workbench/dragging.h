@@ -10,7 +10,7 @@
  * after kmp_dragging_new. */
 #pragma once
 
-#include "constraints/closing/assembly_modes.h"
+#include "constraints/closing/mode_watch.h"
 #include "constraints/closing/random_walk.h"
 #include "model/data/pose.h"
 

@@ -1960,6 +1960,22 @@ run: {t_end: 1}
             if some:
                 self.assertIn(f"between t = {rows[first]['t']:.6g} and {rows[first + 1]['t']:.6g} s", said)
 
+    def test_assembly_modes_of_a_rod_that_changes_its_length(self):
+        model = self.model("kempe: 1\nground: {points: {D: [1, 0, 0]}}\ngravity: [0, -9.81, 0]\nbodies:\n"
+                           "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {B: [0.6, 0, 0]}}\n"
+                           "  b: {joint: {name: B, revolute: z, at: a.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.04}, points: {C: [0.9, 0, 0]}}\n"
+                           "loops: {C: {rod: [b.C, ground.D], length: 0.6 + 0.1*sin(2*t)}}\n"
+                           "start: {q: {A: 80 deg, B: -60 deg}, hold: [A], qd: {A: 5}}\nrun: {t_end: 4, output_step: 20 ms}\n")
+        found = self.object(0, "simulate", model, "-o", "rod.csv", "--no-convergence-check")
+        with open(self.folder / "rod.csv") as file:
+            rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+        def side(a, b):
+            along, across = 0.9*math.cos(a + b), 0.9*math.sin(a + b)
+            return along*(0.6*math.sin(a) + across) - across*(0.6*math.cos(a) + along - 1) > 0
+        sides = [side(row["q.A"], row["q.B"]) for row in rows]
+        self.assertEqual(found["mode_changes"], sum(a != b for a, b in zip(sides, sides[1:])))
+        self.assertGreater(found["mode_changes"], 2)
+
     def test_redundant_rows_and_assembly_modes(self):
         """Bennett's linkage turns in one mode (tan(j1/2) tan(j2/2) is constant), whichever of its redundant rows are taken."""
         for name in ("bennett_balls", "bennett_hinge"):

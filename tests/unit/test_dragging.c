@@ -76,10 +76,10 @@ static void drag_at_random(const char *path)
         }
     }
     CHECK(moved > frames / 10);
+    CHECK(d->watch);
     printf("  %-42s %3d coordinates, %2d freedoms: %4d frames, mean %5.2f ms, longest %6.2f ms, closed to %.1e, %d "
-           "marks%s\n",
-           path, s->n, d->freedoms, frames, 1e3 * whole / frames, 1e3 * slowest, worst, marks,
-           d->watch ? "" : " (not watched)");
+           "marks\n",
+           path, s->n, d->freedoms, frames, 1e3 * whole / frames, 1e3 * slowest, worst, marks);
     free(before);
     kmp_dragging_free(d);
     unload(&l);
@@ -152,10 +152,23 @@ static void reachable_targets_are_reached(void)
     "loops: {C: {ball: [rod.C, rocker.C]}}\n"                                                                          \
     "start: {q: {A: 60 deg, B: -40 deg, D: 110 deg}, hold: [A]}\n"
 
-static void check_marks(const char *text)
+/* The same linkage in the plane of x and z. The rod turns in a spherical joint whose second angle passes its singular
+ * positions, and a revolute joint closes the loop, so that rows are redundant. */
+#define SPHERICAL                                                                                                      \
+    "kempe: 1\nname: spherical\nground: {points: {D: [1, 0, 0]}}\nbodies:\n"                                           \
+    "  crank: {joint: {name: A, revolute: y, at: ground}, mass: 1, inertia: {yy: 0.01}, points: {B: [0.6, 0, 0]}}\n"   \
+    "  rod: {joint: {name: B, motions: [R1, R2, R3], at: crank.B}, mass: 1, inertia: {xx: 0.01, yy: 0.05, zz: 0.05}, " \
+    "points: {C: [0.5, 0, 0]}}\n"                                                                                      \
+    "  rocker: {joint: {name: D, revolute: y, at: ground.D}, mass: 1, inertia: {yy: 0.04}, "                           \
+    "points: {C: [0.55, 0, 0]}}\n"                                                                                     \
+    "loops: {C: {revolute: [rod.C, rocker.C], axis: y}}\n"                                                             \
+    "start: {q: {A: -60 deg, B.2: 40 deg, D: -110 deg}, hold: [A]}\n"
+
+/* By the two points of the linkage's plane. */
+static void check_marks(const char *text, int up)
 {
     enum { MOVES = 400 };
-    static const double tip[3] = {0.25, 0.1, 0};
+    const double tip[3] = {0.25, up == 1 ? 0.1 : 0, up == 1 ? 0 : 0.1};
     loaded l = load_text(text);
     kmp_dragging *d = NULL;
     CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->watch && d->freedoms == 1);
@@ -163,11 +176,14 @@ static void check_marks(const char *text)
     int marks = 0, changes = 0;
     double last = 0;
     for (int k = 0; d && d->watch && k < MOVES; k++) {
-        const double target[3] = {0.5 + kmp_walk_random(&state), kmp_walk_random(&state), 0};
+        double target[3] = {0.5 + kmp_walk_random(&state)};
+        target[up] = kmp_walk_random(&state);
         for (int f = 0; f < 6; f++) {
             kmp_drag_report report;
             kmp_dragging_move(d, 2, tip, target, &report);
-            const double mode = sin(d->q[0] + d->q[1] - d->q[2]);
+            /* the sine of the angle between rod and rocker, which lie along their x */
+            const kmp_pose *rod = &d->poses[2], *rocker = &d->poses[3];
+            const double mode = rod->r[0][0] * rocker->r[up][0] - rod->r[up][0] * rocker->r[0][0];
             CHECK(report.mode >= 0);
             marks += report.mode;
             if (fabs(mode) < 0.02) /* the two ways meet here */
@@ -185,13 +201,60 @@ static void check_marks(const char *text)
 
 static void each_change_of_the_assembly_mode_is_marked(void)
 {
-    check_marks(SWINGING);
+    check_marks(SWINGING, 1);
 }
 
 /* A drive does not hold while one drags: the same ways of assembling are told apart. */
 static void changes_are_marked_where_a_drive_is_released(void)
 {
-    check_marks(SWINGING "drives: {motor: {joint: A, angle: 60 deg + 10 rpm*t}}\n");
+    check_marks(SWINGING "drives: {motor: {joint: A, angle: 60 deg + 10 rpm*t}}\n", 1);
+}
+
+/* Marks do not depend on the angles that describe a rotation. */
+static void changes_are_marked_with_spherical_joints(void)
+{
+    check_marks(SPHERICAL, 2);
+}
+
+/* Of a leg on a universal joint with angles a and b about x and y, which extends along e: det Jv with the platform kept
+ * is the square of its length times (R_y(b) e)_z. */
+static double leg_side(const kmp_dragging *d, int leg)
+{
+    const int second = 7 + 3 * leg;
+    const double *e = d->system->model->motions[second + 1].axis, b = d->q[second];
+    return e[2] * cos(b) - e[0] * sin(b);
+}
+
+static void changes_of_each_leg_are_marked(void)
+{
+    enum { LEGS = 6, MOVES = 300, FRAMES_EACH = 4 };
+    loaded l = load("examples/stewart/stewart.yaml");
+    kmp_dragging *d = NULL;
+    CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->watch);
+    int changes = 0, before[LEGS] = {0};
+    unsigned state = 11;
+    for (int k = 0; d && d->watch && k < MOVES; k++) {
+        double point[3], target[3];
+        for (int i = 0; i < 3; i++) {
+            point[i] = 0.5 * kmp_walk_random(&state);
+            target[i] = 3 * kmp_walk_random(&state);
+        }
+        for (int f = 0; f < FRAMES_EACH; f++) {
+            kmp_drag_report report;
+            kmp_dragging_move(d, 1, point, target, &report);
+            bool changed = false;
+            for (int leg = 0; leg < LEGS; leg++) {
+                const int sign = leg_side(d, leg) > 0 ? 1 : -1;
+                changed = changed || sign * before[leg] < 0;
+                before[leg] = sign;
+            }
+            CHECK(report.mode == changed);
+            changes += changed;
+        }
+    }
+    CHECK(changes > 10);
+    kmp_dragging_free(d);
+    unload(&l);
 }
 
 /* Drives are released, locks are not: of two equal bars one turns. */
@@ -206,7 +269,9 @@ static void drives_are_released_and_locks_hold(void)
     CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->freedoms == 1);
     if (d) {
         CHECK_NEAR(d->q[0], 0.2, 1e-14);
-        CHECK_NEAR(drag_to(d, "a", tip, up).distance, 1, 1e-10);
+        const kmp_drag_report drawn = drag_to(d, "a", tip, up);
+        CHECK_NEAR(drawn.distance, 1, 1e-10);
+        CHECK(drawn.mode == 0); /* without loops there is one */
         CHECK_NEAR(drag_to(d, "b", tip, up).distance, sqrt(5), 1e-14);
     }
     kmp_dragging_free(d);
@@ -243,7 +308,7 @@ static void frames_are_short(void)
     static const double tip[3] = {0.5, 0, 0};
     loaded l = load("examples/n_four_bar/n_four_bar_40.yaml");
     kmp_dragging *d = NULL;
-    CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK);
+    CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->watch);
     double whole = 0;
     for (int k = 0; d && k < MOVES; k++) {
         const int body = d->system->model->body_count - 1;
@@ -271,6 +336,8 @@ int main(void)
     TEST(reachable_targets_are_reached);
     TEST(each_change_of_the_assembly_mode_is_marked);
     TEST(changes_are_marked_where_a_drive_is_released);
+    TEST(changes_are_marked_with_spherical_joints);
+    TEST(changes_of_each_leg_are_marked);
     TEST(drives_are_released_and_locks_hold);
     TEST(states_are_placed);
     TEST(frames_are_short);

@@ -18,6 +18,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/assembly_modes.h"
+#include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
@@ -462,9 +463,9 @@ static kempe_status compare_modes(kempe_equilibrium *e, const kempe_assembly *st
     for (int k = 0; k < e->exchange->target_count; k++)
         if (e->exchange->target[k].coordinate >= 0)
             held[e->exchange->target[k].coordinate] = true;
-    kmp_mode_watch *watch = kmp_mode_watch_new(e->system, held, start->q, NULL);
-    (void)(watch && kmp_mode_watch_next(watch, start->q));
-    const kmp_loop_block *changed = watch ? kmp_mode_watch_next(watch, e->balance[0].q) : NULL;
+    kmp_mode_watch *watch = kmp_mode_watch_new(e->system, held, 0, start->q, NULL);
+    (void)(watch && kmp_mode_watch_next(watch, 0, start->q));
+    const kmp_loop_block *changed = watch ? kmp_mode_watch_next(watch, 0, e->balance[0].q) : NULL;
     if (changed)
         kmp_log(e->system->context, KEMPE_LOG_WARNING,
                 "the equilibrium is in another assembly mode than the start: '%s' lies on the other side of a singular "

@@ -4,7 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
-#include "constraints/closing/assembly_modes.h"
+#include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
@@ -725,6 +725,28 @@ static kempe_status judge_last_row(kempe_trajectory *t, kmp_evaluator *eval, kem
     return status;
 }
 
+/* Counts the changes of the assembly mode from row to row of a complete motion, if the start holds coordinates. */
+static void count_mode_changes(kempe_trajectory *t)
+{
+    const bool *held = t->system->model->start.hold;
+    bool watched = false;
+    for (int k = 0; k < t->system->n && t->status == KEMPE_OK && t->table.rows > 1; k++)
+        watched = watched || held[k];
+    kmp_mode_watch *watch = watched ? kmp_mode_watch_new(t->system, held, kmp_samples_time(&t->table, 0),
+                                                         kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), NULL)
+                                    : NULL;
+    for (int row = 0; watch && row < t->table.rows; row++) {
+        const double at = kmp_samples_time(&t->table, row);
+        const kmp_loop_block *block = kmp_mode_watch_next(watch, at, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
+        if (block && t->mode_changes++ == 0) {
+            t->mode_t[0] = kmp_samples_time(&t->table, row - 1);
+            t->mode_t[1] = at;
+            t->mode_coordinate = block->columns[0];
+        }
+    }
+    kmp_mode_watch_free(watch);
+}
+
 static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
 {
     const kempe_model *model = t->system->model;
@@ -736,20 +758,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
     if (status == KEMPE_OK)
         t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
     warn_of_verdict(t);
-    /* Counts the changes of the assembly mode from row to row. */
-    bool complete = t->status == KEMPE_OK && t->table.rows > 1;
-    kmp_mode_watch *watch =
-        complete ? kmp_mode_watch_new(t->system, model->start.hold, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), NULL)
-                 : NULL;
-    for (int row = 0; watch && row < t->table.rows; row++) {
-        const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
-        if (block && t->mode_changes++ == 0) {
-            t->mode_t[0] = kmp_samples_time(&t->table, row - 1);
-            t->mode_t[1] = kmp_samples_time(&t->table, row);
-            t->mode_coordinate = block->columns[0];
-        }
-    }
-    kmp_mode_watch_free(watch);
+    count_mode_changes(t);
     if (status == KEMPE_OK && j->least_norm && shows_loads(model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)

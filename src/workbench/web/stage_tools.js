@@ -253,7 +253,7 @@ function endDrag(held) {
         drawn(setStart(bench.text, Object.fromEntries(Object.entries(held.q).map(([name, value]) => [name, { value, angle: angles.has(name) }]))), "The model now starts where the bodies are.");
         byId("picked").hidden = true;
     });
-    const modes = held.changes > 0 ? `${CHANGED_MODE} than when it was taken${held.changes > 1 ? `, or back: ${held.changes} changes` : ""}.` : held.watched ? "" : "Changes of the assembly mode are not marked in this mechanism: it has spherical joints, or more than 60 coordinates.";
+    const modes = held.changes > 0 ? `${CHANGED_MODE} than when it was taken${held.changes > 1 ? `, or back: ${held.changes} changes` : ""}.` : held.watched ? "" : "Changes of the assembly mode are not marked in this mechanism: the closures of its loops determine more than 60 coordinates together.";
     showCard("Dragged", Object.entries(held.q).slice(0, 8).map(([name, value]) => [name, ...coordinateWords(name, value)]), [keep], modes);
     moveCardAside(held.at);
     drawScene();
