@@ -6,7 +6,7 @@
     python3 docs/live_examples.py --list                                      the examples, and why some have no live page
     python3 docs/live_examples.py --measure build/wasm/javascript             times of all runs in Node.js
 
-Each page shows the run of its model at once, as the module has computed it in Node.js when the page was made; `first_runs` beside the
+Each page shows the run of its model at once, which the module computed in Node.js when the page was made; `first_runs` beside the
 module keeps these runs until the module or the model changes. SHORTER says which runs are too long for a page: they were chosen by --measure. The module of a page
 reads the model language only: files of robots are translated by the command, that of KEMPE or of a build.
 """
@@ -74,7 +74,7 @@ PAGE = """<!doctype html>
 # -- models ----------------------------------------------------------------------------------------------------
 
 def model_of(name):
-    """The model of an example: that of its name, or the first one of its page."""
+    """The model of an example: the file with the name of the folder, or the first model on its page."""
     own = ROOT / f"examples/{name}/{name}.yaml"
     if own.exists():
         return own
@@ -234,7 +234,7 @@ def first_runs(module, files):
 
 
 def write(module, out, to_docs=False, names=None):
-    """Pages, all of them if none is named, with the module and the scripts beside them. Returns their names."""
+    """Makes the named pages, or all pages, with the module and the scripts beside them. Returns their names."""
     (out / "pictures").mkdir(parents=True, exist_ok=True)
     shutil.copyfile(PARTS / "live_page.css", out / "live_page.css")
     (out / "live_page.js").write_text(without_comments("".join((PARTS / file).read_text() for file in ("plot_choices.js", "live_page.js"))))

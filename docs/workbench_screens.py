@@ -49,7 +49,7 @@ def shot(page):
 
 
 def workbench_screens(page, kempe, folder, dark_first):
-    """Of each state a row of screens, which are light and dark by turns."""
+    """One row of screens for each state, alternately light and dark."""
     model = folder / "four_bar.yaml"
     model.write_text(FOUR_BAR.read_text())
     with subprocess.Popen([kempe, "workbench", model, "--no-browser"], stdout=subprocess.PIPE, text=True) as server:

@@ -4,7 +4,7 @@
 library than the platform has, contain no part of NLopt under the LGPL, and run commands as the build of this machine does.
 
     python3 tests/linux_builds.py build/dev/kempe           every command of tests/windows_commands.py
-    python3 tests/linux_builds.py build/dev/kempe --some    those of the test
+    python3 tests/linux_builds.py build/dev/kempe --some    the sample that the test runs
 
 Commands of another processor run under QEMU, where it is installed. The exit code is 77, which skips a test, where no such build is there.
 """

@@ -4,7 +4,7 @@
 instruction that they lack would end the command.
 
     python3 tests/old_processors.py build/dev/kempe           every command, by both processors
-    python3 tests/old_processors.py build/dev/kempe --some    those of the test
+    python3 tests/old_processors.py build/dev/kempe --some    the sample that the test runs
 
 Exit codes, texts and files are equal, to the last bit of each number, where an integrator is named; times are not compared. Functions of
 the C library, as exp and pow, have other last digits on processors without fused operations: the reference also runs without these.

@@ -4,7 +4,7 @@
 files are equal, or their numbers within 1e-12 of the largest of their column; DIFFERENT says which models may differ by more and why.
 
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript          every command, with times
-    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --some   those of the test, and the calls of wasm_calls.mjs
+    python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --some   the sample that the test runs, and the calls of wasm_calls.mjs
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --chromium   the page of one script, in Chromium
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --all-in-chromium   every command there
     python3 tests/wasm_commands.py build/dev/kempe build/wasm/javascript --start      where the start of the page takes how long

@@ -4,7 +4,7 @@
 texts and files, or their numbers within 1e-9 of the largest of their column.
 
     python3 tests/windows_commands.py build/dev/kempe build/windows/kempe/kempe.exe         every command
-    python3 tests/windows_commands.py build/dev/kempe build/windows/kempe/kempe.exe --some  those of the test
+    python3 tests/windows_commands.py build/dev/kempe build/windows/kempe/kempe.exe --some  the sample that the test runs
 
 The exit code is 77, which skips a test, where Wine or the build for Windows is missing. Times, counts of work and estimated errors, which
 are differences of two runs, are not compared; a number that is rounded in a text may differ by one in its last digit.

@@ -4,7 +4,7 @@
 within 1e-9 of the largest value of each. The binaries for Windows run under Wine.
 
     python3 tests/windows_units.py build/dev/kempe            every unit
-    python3 tests/windows_units.py build/dev/kempe --some     those of the test
+    python3 tests/windows_units.py build/dev/kempe --some     the sample that the test runs
 
 The exit code is 77, which skips a test, where Wine or mingw-w64 is missing. Units on the library need kempe_unit-x86_64-windows.dll beside
 the command, which packaging/build_windows makes.

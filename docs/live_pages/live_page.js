@@ -452,13 +452,13 @@
     /* The module, behind all that the page shows without it. */
     const load = () => new Promise((resolve, reject) => {
         const script = element("script");
-        Object.assign(script, { src: "kempe_page.js", onload: () => resolve(Kempe.start()), onerror: () => reject(new Error("kempe_page.js is not beside the page")) });
+        Object.assign(script, { src: "kempe_page.js", onload: () => resolve(Kempe.start()), onerror: () => reject(new Error("the file kempe_page.js is missing in the folder of the page")) });
         document.body.append(script);
     });
     const stayAsGiven = () => {
         document.querySelectorAll("#sliders input, #reset").forEach((part) => (part.disabled = true));
         text.readOnly = true;
-        const reason = "this browser has no WebAssembly, or kempe_page.js is not beside the page.";
+        const reason = "this browser has no WebAssembly, or the file kempe_page.js is missing in the folder of the page.";
         if (scene) byId("took").textContent = `computed when this page was made; a change cannot be computed here: ${reason}`;
         else say("stopped", `The mechanism cannot move here: ${reason}`);
         document.documentElement.dataset.ready = scene ? "yes" : "no";

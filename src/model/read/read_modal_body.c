@@ -227,8 +227,8 @@ static bool take_interfaces(reading *s)
             places[k] = b->places[place];
     }
     if (good && map->count == 0)
-        return kmp_reader_complain(s->r, map->place,
-                                   "the interfaces of %s: none is named; its joint holds the first one", s->to->body);
+        return kmp_reader_complain(
+            s->r, map->place, "the entry does not name an interface of %s; its joint holds the first one", s->to->body);
     s->to->names = names;
     s->to->named = map->count;
     b->places = places;
