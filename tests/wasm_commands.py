@@ -145,7 +145,7 @@ def compare(line, told, answer, folders):
     if code != answer["code"]:
         return False, f"exit codes {code} and {answer['code']}: {answer['messages']}"
     one, two = ((text.strip().replace(str(folders[0]), "OUT").replace("/out", "OUT") + "\n").encode() for text in (out, answer["text"]))
-    one, two = (re.sub(rb"changed \d+ times, \S+ s", b"changed TIME", text) for text in (one, two))
+    one, two = (re.sub(rb"changed \d+ times, (?:back end tape, )?\S+ s", b"changed TIME", text) for text in (one, two))
     beside.WITHIN, reason = next((row for name, row in DIFFERENT.items() if line.startswith(name)), (WITHIN, ""))
     count, worst, why = (0, 0.0, "") if reason else beside.differences(one, two, True, True)
     if why:
