@@ -2431,6 +2431,22 @@ class Resume(Case):
         for a, b in zip(whole, resumed):
             self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
 
+    def test_doubts_before_a_checkpoint(self):
+        """A run that has left a table is not trustworthy, and neither are runs that continue it, nor those that continue these."""
+        model = self.model("kempe: 1\ntables: {f: {x: [0.1, 0.5, 9], y: [1, 2, 0], method: linear}}\n"
+                           "bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: X, force: f(t)}}\nrun: {t_end: 1}\n")
+        for end, more in (("0.4", ()), ("0.6", ("--resume", "run.checkpoint")), ("1", ("--resume", "run.checkpoint"))):
+            done = self.expect(5, "simulate", model, "--t-end", end, *more, "--checkpoint", "run.checkpoint")
+            self.assertEqual(done.stderr.count("table 'f' is used at 0, beyond its points"), 1)
+            self.assertEqual(done.stderr.count("before the checkpoint: table 'f' is used at 0"), bool(more))
+        # a run that its repeat contradicts
+        loose = ("--rtol", "1e-2", "--formulation", "reduced", "--integrator", "dopri5")
+        hard = self.model("kempe: 1\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\n"
+                          "forces: {f: {joint: X, force: -400*q(X) + 40*sin(q(X)*30)}}\nstart: {q: {X: 1}}\n")
+        self.assertIn("do not trust the motion", self.expect(5, "simulate", hard, "--t-end", "4", *loose, "--checkpoint", "run.checkpoint").stderr)
+        done = self.expect(5, "simulate", hard, "--t-end", "4.1", "--resume", "run.checkpoint", "--rtol", "1e-10", "--no-convergence-check")
+        self.assertIn("before the checkpoint: do not trust the motion", done.stderr)
+
     def test_a_checkpoint_has_the_past_of_delays(self):
         text = (
             "kempe: 1\nstates:\n  late: {{delay: {signal}, time: {delay}}}\n  sum: {{rate: late}}\n"
@@ -2452,10 +2468,10 @@ class Resume(Case):
                 self.expect(0, "simulate", *options, "--t-end", at, "--checkpoint", "run.checkpoint")
                 self.expect(0, "simulate", *options, "--resume", "run.checkpoint", "--checkpoint", "run.checkpoint", "-o", "resumed.csv")
                 self.assertAlmostEqual(float(self.rows("resumed.csv")[-1]["state.sum"]), right, delta=1e-7)
-        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 4", "checkpoint 3", 1)
+        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 5", "checkpoint 4", 1)
         (self.folder / "old").write_text(old)
         done = self.expect(2, "simulate", model, "--t-end", "3", "--resume", "old")
-        self.assertIn("the checkpoint has format 3, this version reads format 4", done.stderr)
+        self.assertIn("the checkpoint has format 4, this version reads format 5", done.stderr)
 
     def test_numbers_without_the_unit_of_the_file(self):
         model = self.model(

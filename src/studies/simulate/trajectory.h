@@ -54,6 +54,7 @@ typedef struct kmp_simulation {
     kmp_samples before;          /* rows of the checkpoint to continue from */
     kmp_past *past;              /* of delayed signals in it; NULL: none */
     kmp_program_cache_past kept; /* for the checkpoint of this run */
+    size_t doubts;               /* length of the doubts of the context before the run */
     kempe_assembly start;
     void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
