@@ -1127,6 +1127,22 @@ class Inverse(Case):
         for actuator, forces in (("A", ["motor"]), ("D", [])):
             self.assertEqual(self.object(0, "inverse", "bar.yaml", "--actuators", actuator)["model_forces"], forces)
 
+    def test_rows_at_jumps_have_the_forces_before(self):
+        """A run's own motion needs no force of an actuator, also where inputs and conditions of t jump at the time of a row, and a sweep of
+        time shows the forces that a run shows."""
+        model = self.model("kempe: 1\ninputs: {u: {t: [-1, 0, 0.7], value: [5, 1, 3], method: hold}, place: {t: [0, 0.5, 1, 2], value: [0, 0.1, 0, 0], method: cubic}}\n"
+                           "bodies:\n  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.2}}\n"
+                           "  c: {joint: {name: X, prismatic: x, at: ground}, mass: 1}\ndrives: {d: {joint: X, displacement: place}}\n"
+                           "forces: {f: {joint: A, torque: \"u + if(t >= 0.5, 2, 0) - if(t > 0.3, 1, 0)\"}}\nstart: {q: {A: 1}}\n"
+                           "run: {t_end: 1, output_step: 0.1, outputs: [q, qd, qdd, force(f)]}\n")
+        self.expect(0, "simulate", model, "-o", "run.csv")
+        self.expect(0, "inverse", model, "--motion", "run.csv", "--actuators", "A,X", "-o", "forces.csv")
+        self.expect(0, "kinematics", model, "--sweep", "t=0:1:11", "--hold", "A", "-o", "sweep.csv")
+        run = self.rows("run.csv")
+        self.assertEqual([row["force.f"] for row in run], [1, 1, 1, 1, 0, 0, 2, 2, 4, 4, 4])
+        self.assertEqual([row["force.f"] for row in self.rows("sweep.csv")], [row["force.f"] for row in run])
+        self.assertLess(max(abs(row["tau.A"]) for row in self.rows("forces.csv")), 1e-12)
+
     LED = ROOT / "examples/stewart/driven.yaml"
     LEGS = ",".join(f"slide{k}" for k in range(1, 7))
     ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/present_inputs.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
@@ -383,8 +384,6 @@ enum { MANY_ROWS = 200 };
 #define TRUSTED_GAP 1e4
 /* Loads that are evaluated in two ways are the same up to rounding. */
 #define SAME_LOAD 1e-9
-/* Part of its time by which a row at an event is before it: some roundings. */
-#define AT_EVENT 1e-14
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -893,14 +892,14 @@ static kempe_status find_sides(kempe_trajectory *t)
         while (row + 1 < table->rows && kmp_samples_time(table, row + 1) <= entry->t)
             row++;
         const double late = row > 0 ? entry->t - kmp_samples_time(table, row) : INFINITY;
-        if (!(late >= 0 && late <= AT_EVENT * fabs(entry->t)))
+        if (!(late >= 0 && late <= KMP_BEFORE_EVENT * fabs(entry->t)))
             continue;
         if (!table->from) {
             table->from = KMP_NEW(double, table->rows);
             KMP_TRY(kmp_made(t->system->context, table->from));
             memcpy(table->from, table->t, (size_t)table->rows * sizeof *table->t);
         }
-        table->from[row] = entry->t - AT_EVENT * fabs(entry->t);
+        table->from[row] = entry->t - KMP_BEFORE_EVENT * fabs(entry->t);
     }
     return KEMPE_OK;
 }
