@@ -678,6 +678,23 @@ def check_on_library(kempe, folder, model, end, allowed):
     print(model, "on the library", flush=True)
 
 
+def check_without_states(kempe, folder):
+    """A unit with continuous delays saves no states: it says so, and its motion goes on."""
+    for fmi in (2, 3):
+        unit = Unit.of_model(kempe, folder, "delayed_slides", fmi, "--binary")
+        check(not unit.about.coSimulation.canGetAndSetFMUstate, unit.file.name, "says that it has states")
+        instance = unit.started("cs")
+        instance.doStep(0, 0.1)
+        unit.said.clear()
+        try:
+            instance.setFMUState(instance.getFMUState())
+            check(False, unit.file.name, "gives a state without its past")
+        except fmpy.fmi1.FMICallException:
+            check(any("saves no states" in line for line in unit.said), unit.file.name, "does not say why", unit.said)
+        instance.doStep(0.1, 0.2)
+        instance.freeInstance()
+
+
 def check_model(kempe, folder, model, end):
     expected = reference(kempe, folder, model, end)
     for fmi in (2, 3):
@@ -732,6 +749,8 @@ def main():
                 check_model(kempe, folder, model, MODELS[model])
         has_library = (pathlib.Path(kempe).parent / "kempe_unit.so").exists()
         for model in (sys.argv[2:] or ON_LIBRARY) if has_library else ():
+            if model == "four_bar":
+                check_without_states(kempe, folder)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

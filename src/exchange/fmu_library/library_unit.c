@@ -447,9 +447,10 @@ kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
 
 /* -- saved states -------------------------------------------------------------------------------------- */
 
+/* The past of continuous delays has no constant length. */
 int kempe_simulator_saved_numbers(const kempe_simulator *s)
 {
-    return s->numbers - own_numbers(s->equations);
+    return unit_of(s)->source.model->delay_count > 0 ? 0 : s->numbers - own_numbers(s->equations);
 }
 
 /* The row of a simulator, which begins with q, and its parameters and inputs as the stepper has them. */
@@ -467,8 +468,9 @@ void kempe_simulator_save(const kempe_simulator *s, double *to)
     kempe_simulator copy = *s;
     kempe_stepper_state *state = NULL;
     kmp_memory_piece piece[3];
-    memset(to, 0, (size_t)kempe_simulator_saved_numbers(s) * sizeof *to);
-    if (!unit->stepper || unit->source.model->delay_count > 0 || kempe_stepper_save(unit->stepper, &state) != KEMPE_OK)
+    const int numbers = kempe_simulator_saved_numbers(s);
+    memset(to, 0, (size_t)numbers * sizeof *to);
+    if (!unit->stepper || numbers == 0 || kempe_stepper_save(unit->stepper, &state) != KEMPE_OK)
         return;
     unit->before = s->work;
     const saved_head head = {.started = 1, .t = s->t, .settings = s->settings, .work = s->work};

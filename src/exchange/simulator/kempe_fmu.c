@@ -508,6 +508,14 @@ static size_t transfer(kempe_fmu *fmu, unsigned char *to, const unsigned char *f
     return used;
 }
 
+kempe_fmu_status kempe_fmu_saves_states(kempe_fmu *fmu)
+{
+    if (kempe_simulator_saved_numbers(&fmu->simulator) > 0)
+        return KEMPE_FMU_OK;
+    return FAIL("This unit saves no states, as its description says: the past of delayed signals is not part of a "
+                "state.");
+}
+
 size_t kempe_fmu_state_bytes(kempe_fmu *fmu)
 {
     return transfer(fmu, NULL, NULL);
