@@ -2485,6 +2485,19 @@ class Resume(Case):
         done = self.expect(5, "simulate", hard, "--t-end", "4.1", "--resume", "run.checkpoint", "--rtol", "1e-10", "--no-convergence-check")
         self.assertIn("before the checkpoint: do not trust the motion", done.stderr)
 
+    def test_friction_by_a_load_that_is_not_unique(self):
+        """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""
+        model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {m: 2}\nground: {points: {H1: [0, 0, 0], H2: [0, 0, 0.5]}}\n"
+                           "bodies:\n  door: {mass: m, com: [0.3, 0, 0.25], inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, points: {a: [0, 0, 0], b: [0, 0, 0.5]}}\n"
+                           "joints: {J1: {revolute: [ground.H1, door.a], axis: z}}\nloops: {J2: {revolute: [ground.H2, door.b], axis: z}}\n"
+                           "forces: {f: {joint: J1, friction: {mu: 0.2, radius: 0.02}}, t: {joint: J1, torque: 1}}\nstart: {qd: {J1: 1}}\nrun: {t_end: 0.1}\n")
+        sample = ("--sample", "m=1:2", "--instances", "2")
+        for words in (("simulate",), ("ensemble", *sample), ("ensemble", *sample, "--alone"), ("sensitivity", "--parameters", "m"), ("equilibrium",),
+                      ("linearize",), ("linearize", "--at", "start"), ("modes",), ("compare",)):
+            said = self.expect(5, words[0], model, *words[1:]).stderr
+            self.assertEqual(said.count("friction 'f' depends on a load that redundant constraints share"), 1, words)
+        self.assertEqual(self.expect(0, "assemble", model).stderr, "")
+
     def test_a_checkpoint_has_the_past_of_delays(self):
         text = (
             "kempe: 1\nstates:\n  late: {{delay: {signal}, time: {delay}}}\n  sum: {{rate: late}}\n"
