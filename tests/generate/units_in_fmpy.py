@@ -695,6 +695,30 @@ def check_without_states(kempe, folder):
         instance.freeInstance()
 
 
+LEAVES = """kempe: 1
+tables: {f: {x: [0.1, 0.5, 9], y: [1, 2, 0], method: linear}}
+bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
+forces: {f: {joint: X, force: f(t)}}
+run: {t_end: 1}
+"""
+
+
+def check_doubts(kempe, folder, has_library):
+    """A unit warns, once, that its motion leaves a table, in which a run is not to be trusted."""
+    (folder / "leaves.yaml").write_text(LEAVES)
+    for fmi in (2, 3):
+        for options in ((), ("--binary",))[:1 + has_library]:
+            file = folder / f"leaves{fmi}{len(options)}.fmu"
+            subprocess.run([kempe, "fmu", folder / "leaves.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+            unit = Unit(fmi, file, folder / file.stem)
+            instance = unit.started("cs")
+            for k in range(4):
+                instance.doStep(0.1 * k, 0.1)
+            check(len([line for line in unit.said if "beyond" in line]) == 1, file.name, "does not say that a table is left", unit.said)
+            instance.freeInstance()
+
+
 def check_model(kempe, folder, model, end):
     expected = reference(kempe, folder, model, end)
     for fmi in (2, 3):
@@ -751,6 +775,7 @@ def main():
         for model in (sys.argv[2:] or ON_LIBRARY) if has_library else ():
             if model == "four_bar":
                 check_without_states(kempe, folder)
+                check_doubts(kempe, folder, has_library)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

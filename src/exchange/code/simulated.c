@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -302,6 +303,8 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
     kempe_status status = kmp_assembly_at_start(system, &assembly); /* given also where the loops do not close */
     if (status == KEMPE_OK)
         status = take_start_values(x, arena, system, assembly);
+    if (status == KEMPE_OK)
+        (void)kmp_doubt_shared_friction(system, 0, assembly->q);
     kempe_assembly_free(assembly);
     return status;
 }
