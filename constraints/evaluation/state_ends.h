@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions at a state of a study: those that end runs, as laws and closures are not meant beyond them, and the side
+/* Conditions at a state of a study: ends of runs, as laws and closures are not meant beyond them, and the side
  * that a row has. */
 #pragma once
 

@@ -113,7 +113,7 @@ static void print_past(const kmp_past_signal *signal, double t, kmp_text *text)
 
 static const char doubt_head[] = "# doubt,";
 
-/* Doubts of a run, one a line. A run that continues from the checkpoint has them, and so have runs that continue it. */
+/* Doubts of a run, one a line. A run that continues from the checkpoint has them, too. */
 static void print_doubts(const char *doubts, kmp_text *text)
 {
     static const char before[] = "before the checkpoint: ";
