@@ -2054,6 +2054,14 @@ run: {t_end: 1}
         self.assertLess(found["work"]["steps"], 1e6)
         self.object(0, "simulate", self.model(text.replace("GAIN", "-2").replace("T_END", "4")), "--no-convergence-check")
 
+    def test_samples_of_inputs_in_simulators(self):
+        """Exported code keeps the first value of an input with samples, and says so; equations have none, and constants no samples."""
+        model = self.model("kempe: 1\ninputs: {u: {t: [0, 0.7], value: [1, 3], method: hold}, v: {default: 2}}\n"
+                           "bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: X, force: u + v}}\nrun: {t_end: 1}\n")
+        said = self.expect(0, "generate", model, "--lang", "c", "--simulator", "-o", self.folder).stderr
+        self.assertEqual(re.findall("input '(.)': a generated simulator does not have its samples", said), ["u"])
+        self.assertEqual(self.expect(0, "generate", model, "--lang", "c", "-o", self.folder).stderr, "")
+
     def test_pulses_in_lanes_and_simulators(self):
         """The impulse of a pulse of 10 ms in a run of 10 s is the root of pi, wherever it is; a simulator has a longest step."""
         text = """

@@ -394,6 +394,12 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
                 "table '%s': a generated simulator does not say when a sensor uses it beyond its points, where it goes "
                 "straight on",
                 system->model->tables[system->use[k].table].name);
+    for (int k = 0; k < kmp_model_given_inputs(system->model); k++)
+        if (system->model->inputs[k].signal.count > 1)
+            kmp_log(system->context, KEMPE_LOG_WARNING,
+                    "input '%s': a generated simulator does not have its samples; it keeps the value and derivatives "
+                    "of t = 0 until its caller sets others",
+                    system->model->inputs[k].name);
     return kmp_made(source->context, !source->arena.failed);
 }
 
