@@ -1976,6 +1976,14 @@ run: {t_end: 1}
             if some:
                 self.assertIn(f"between t = {rows[first]['t']:.6g} and {rows[first + 1]['t']:.6g} s", said)
 
+    def test_assembly_modes_that_are_not_watched(self):
+        """No number stands for what is not known: a body that no loop holds, no held coordinate."""
+        plain = self.BARS.replace("CRANK", "0.6")
+        known = self.object(0, "simulate", self.model(plain), "--no-convergence-check")["mode_changes"]
+        model = plain.replace("loops:", "  e: {joint: {name: E, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\nloops:")
+        for hold, changes in (("[A, E]", known), ("[A]", None), ("[]", None)):
+            self.assertEqual(self.object(0, "simulate", self.model(model.replace("hold: [A]", f"hold: {hold}")), "--no-convergence-check")["mode_changes"], changes)
+
     def test_what_counts_from_the_start_as_written(self):
         """A rope without a length in a linkage whose guess is not closed: the warning has the slack that the first row shows, and the same
         start, closed, has none. Teeth with play likewise."""

@@ -760,6 +760,7 @@ static void count_mode_changes(kempe_trajectory *t)
     kmp_mode_watch *watch = watched ? kmp_mode_watch_new(t->system, held, kmp_samples_time(&t->table, 0),
                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), NULL)
                                     : NULL;
+    t->watches_modes = watch;
     for (int row = 0; watch && row < t->table.rows; row++) {
         const double at = kmp_samples_time(&t->table, row);
         const kmp_loop_block *block = kmp_mode_watch_next(watch, at, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));

@@ -77,7 +77,8 @@ struct kempe_trajectory {
     kmp_convergence again;
     kmp_run_report report;            /* its reason has moved to `reason` */
     kmp_run_log log;                  /* of events */
-    int mode_changes;                 /* of the assembly mode for given held coordinates; the first one: */
+    bool watches_modes;               /* the held coordinates of the start determine all others */
+    int mode_changes;                 /* of the assembly mode for these; the first one: */
     double mode_t[2];                 /* between these rows */
     int mode_coordinate;              /* a coordinate of the loops that pass to it */
     double *reaction;                 /* 3 a closure, at the last row; NaN when there is none */
