@@ -2,7 +2,6 @@
 #include "constraints/closing/start_gaps.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/evaluation/evaluator.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/closure.h"
@@ -44,32 +43,49 @@ static void write_start(const kempe_system *s, const double *q, double *written)
             written[model->closures[c].motion] = q[model->closures[c].motion];
 }
 
-bool kmp_put_start_gaps(kmp_text *text, const kempe_system *s, const double *q)
+bool kmp_has_start_gaps(const kempe_system *s)
 {
     bool any = false;
-    for (int k = 0; k < s->model->force_count; k++)
-        any = any || gap_of(s, &s->model->forces[k]) >= 0;
-    if (!any)
-        return true;
-    kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS);
+    for (int k = 0; k < s->model->force_count && !any; k++)
+        any = gap_of(s, &s->model->forces[k]) >= 0;
+    return any;
+}
+
+int kmp_count_start_gaps(kmp_evaluator *eval, const double *q, kmp_text *text)
+{
+    const kempe_system *s = eval->system;
+    const size_t size = (size_t)s->events.count * sizeof(double);
     double *written = KMP_NEW(double, s->n), *rest = KMP_NEW(double, s->n), *gap = KMP_NEW(double, s->events.count);
-    const bool made = eval && written && rest && gap;
-    if (made) {
+    int count = written && rest && gap ? 0 : -1;
+    const double *closed = NULL;
+    if (count == 0) {
         write_start(s, q, written);
-        memcpy(gap, kmp_eval_changes(eval, 0, written, rest), (size_t)s->events.count * sizeof *gap);
-        const double *closed = kmp_eval_changes(eval, 0, q, rest);
-        for (int k = 0; k < s->model->force_count; k++) {
-            const int c = gap_of(s, &s->model->forces[k]);
-            if (c >= 0 && fabs(closed[c] - gap[c]) > NEAR * s->length)
-                kmp_text_printf(text,
-                                "start: '%s' counts from the start as it is written, and closing the loops changes "
-                                "its gap by %.4g m: write the closed start ('kempe assemble' has it)\n",
-                                s->model->forces[k].name, closed[c] - gap[c]);
-        }
+        memcpy(gap, kmp_eval_changes(eval, 0, written, rest), size);
+        closed = kmp_eval_changes(eval, 0, q, rest);
     }
-    kmp_eval_free(eval);
+    for (int k = 0; closed && k < s->model->force_count; k++) {
+        const int c = gap_of(s, &s->model->forces[k]);
+        if (c < 0 || !(fabs(closed[c] - gap[c]) > NEAR * s->length))
+            continue;
+        count++;
+        if (text)
+            kmp_text_printf(text,
+                            "start: '%s' counts from the start as it is written, and closing the loops changes its "
+                            "gap by %.4g m: write the closed start ('kempe assemble' has it)\n",
+                            s->model->forces[k].name, closed[c] - gap[c]);
+    }
     kmp_free(written);
     kmp_free(rest);
     kmp_free(gap);
-    return made;
+    return count;
+}
+
+bool kmp_put_start_gaps(kmp_text *text, const kempe_system *s, const double *q)
+{
+    if (!kmp_has_start_gaps(s))
+        return true;
+    kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS);
+    const bool known = eval && kmp_count_start_gaps(eval, q, text) >= 0;
+    kmp_eval_free(eval);
+    return known;
 }

@@ -1999,6 +1999,15 @@ run: {t_end: 1}
         self.assertEqual(self.expect(0, "simulate", self.model(closed), "-o", "bars.csv").stderr, "")
         with open(self.folder / "bars.csv") as file:
             self.assertAlmostEqual(float(next(csv.DictReader(file))["tension.r"]), 5, 6)
+        # instances with another base, whose guess is not closed, and one that has another mass only
+        other = closed.replace("kempe: 1", "kempe: 1\nparameters: {base: 1, m: 1}").replace("D: [1, 0, 0]", "D: [base, 0, 0]").replace("mass: 1,", "mass: m,", 1)
+        self.assertIn("m,", other)
+        for name, changed in (("base", True), ("m", False)):
+            for more in ((), ("--alone",)):
+                said = self.expect(0, "ensemble", self.model(other), "--sample", f"{name}=1.001:1.002", "--instances", "3", "-o", "ends.csv", *more).stderr
+                self.assertEqual("in 3 of 3 instances, first in instance 1, closing the loops changes the slack of ropes" in said, changed)
+                with open(self.folder / "ends.csv") as file:
+                    self.assertEqual({row["start"] for row in csv.DictReader(file)}, {"lengths changed" if changed else ""})
         for more in ("stiffness: 1e6", "restitution: 0.5"):
             gears = bars[:bars.index("ropes:")] + f"gears: {{m: {{between: [A, D], teeth: [20, 30], backlash: 900 mm, {more}}}}}\n" + bars[bars.index("loops:"):]
             gears = gears.replace(", tension(r), slack", "")
