@@ -145,8 +145,8 @@ static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
                         s->rates_changed, s->count, s->first_changed + 1);
     if (s->gaps_changed > 0)
         kmp_text_printf(text,
-                        "start: in %ld of %ld instances, first in instance %ld, closing the loops changes the slack of "
-                        "ropes or the play of teeth, which count from the start as it is written; give lengths\n",
+                        "start: closing the loops changes the slack of ropes, or the play of teeth, in %ld of %ld "
+                        "instances, first in instance %ld: give lengths, or closed starts\n",
                         s->gaps_changed, s->count, s->first_gap + 1);
 }
 
