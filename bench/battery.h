@@ -10,8 +10,8 @@
 #include "bench/four_bar_by_hand.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
+#include "model/data/body.h"
 #include "model/data/force.h"
-#include "model/data/model.h"
 #include "output/verdict.h"
 #include <kempe/kempe.h>
 #include <kempe/settings.h>
@@ -189,7 +189,7 @@ static double hard_windows_rule(const kempe_system *s, const kmp_samples *table,
     double right = (double)hard_swing(n, q0[0], rate, hard_end_time(table));
     (void)eval;
     for (int i = 0; i < s->n; i++) { /* tree order: each v, then its h */
-        bool upright = s->model->motions[i].name[0] == 'a';
+        bool upright = kmp_model_motion(s->model, i)->name[0] == 'a';
         worst = fmax(worst, fabs(q[i] - (upright ? right : -right)) / fmax(1, fabs(right)));
     }
     return worst;

@@ -14,7 +14,6 @@
 #include "dynamics/choose_variants.h"
 #include "dynamics/motion.h"
 #include "linalg/sparse.h"
-#include "model/data/model.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 

@@ -14,7 +14,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>
@@ -114,7 +114,7 @@ static void measure(const char *name, const kempe_model *model)
                (double)(savings[0].program + savings[0].solves) / (double)(savings[1].program + savings[1].solves),
                savings[0].us / savings[1].us, words[by_itself->bodies->program != NULL]);
     } else {
-        printf("%-22s %s\n", name, kempe_context_message(model->context));
+        printf("%-22s %s\n", name, kempe_context_message(kmp_model_context(model)));
     }
     fflush(stdout);
     kempe_system_free(by_itself);

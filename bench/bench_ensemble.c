@@ -9,7 +9,8 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "ensemble/lanes/ensemble_run.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/parameter.h"
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -98,9 +99,9 @@ static double next_random(void)
 
 static double value_of(const kempe_model *model, const char *name)
 {
-    for (int k = 0; k < model->parameter_count; k++)
-        if (strcmp(model->parameters[k].name, name) == 0)
-            return model->parameters[k].number.value;
+    for (int k = 0; k < kmp_model_parameter_count(model); k++)
+        if (strcmp(kmp_model_parameter(model, k)->name, name) == 0)
+            return kmp_model_parameter(model, k)->number.value;
     return NAN;
 }
 
@@ -222,7 +223,8 @@ static bool measure(const mechanism *m, int lanes_alone)
         {.name = "one lane", .how = {.threads = 1, .width = 1}, .stride = m->stride},
         {.name = "runs one by one", .how = {.threads = 1, .alone = true}, .stride = m->stride},
         {.name = "four lanes", .how = {.threads = 1, .width = 4}, .stride = m->stride}};
-    int n = model->motion_count, columns = 0, differ, other, narrow, rounds = lanes_alone > 0 ? lanes_alone : m->rounds;
+    int n = kmp_model_motion_count(model), columns = 0, differ, other, narrow,
+        rounds = lanes_alone > 0 ? lanes_alone : m->rounds;
     while (columns < MOST_COLUMNS && m->columns[columns])
         columns++;
     if (kmp_ensemble_new(model, columns, m->columns, &e) != KEMPE_OK || n > MOST_N) {

@@ -8,6 +8,7 @@
 #include "exchange/code/source.h"
 #include "linalg/dense/dense.h"
 #include "loaded_equations.h"
+#include "model/data/model_context.h"
 #include <kempe/generate.h>
 #include <kempe/kempe.h>
 #include <string.h>
@@ -116,7 +117,7 @@ static void with_sets(stand *s, const kempe_model *model, const char *sets, cons
     static const char *const backends[] = {"native", "tape"};
     char name[80];
     if (kmp_source_init(&s->source, model, &(kempe_generate_options){.sets = sets, .form = "compact"})) {
-        fprintf(stderr, "%s\n", kempe_context_message(model->context));
+        fprintf(stderr, "%s\n", kempe_context_message(kmp_model_context(model)));
         exit(1);
     }
     const kmp_program *program = s->source.routines[0].program;

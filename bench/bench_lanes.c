@@ -8,7 +8,8 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "ensemble/lanes/ensemble_run.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
+#include "model/data/run_settings.h"
 #include "model/data/variant.h"
 #include <math.h>
 #include <string.h>
@@ -36,13 +37,13 @@ static void add(tally *t, const char *why)
 /* The first parameter that may vary and has a value; NULL: there is none. */
 static const char *vary(const kempe_model *model, double *value)
 {
-    for (int k = 0; k < model->parameter_count; k++) {
+    for (int k = 0; k < kmp_model_parameter_count(model); k++) {
         kmp_text why = {0};
-        bool may = kmp_variant_may(model, model->parameters[k].name, &why);
+        bool may = kmp_variant_may(model, kmp_model_parameter(model, k)->name, &why);
         kmp_text_free(&why);
-        *value = model->parameters[k].number.value;
+        *value = kmp_model_parameter(model, k)->number.value;
         if (may && *value != 0)
-            return model->parameters[k].name;
+            return kmp_model_parameter(model, k)->name;
     }
     return NULL;
 }
@@ -91,7 +92,7 @@ static void run(const char *path, double part)
         const kempe_system *s = kmp_ensemble_system(e);
         int size = 2 * COUNT * s->n;
         double *q = calloc((size_t)(2 * size + 1), sizeof *q), *other = q ? q + size : NULL;
-        const kmp_run_spec spec = {.t_end = part * s->model->run.t_end};
+        const kmp_run_spec spec = {.t_end = part * kmp_model_run(s->model)->t_end};
         const kmp_ensemble_execution how = {.threads = 1};
         for (int i = 0; i < COUNT; i++)
             values[i] = value * (1 + 1e-3 * (i - COUNT / 2) / COUNT);

@@ -12,6 +12,7 @@
 #include "bench/numeric_classical.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
+#include "model/data/model.h"
 
 #include "backend/machine.h"
 #include "bench.h"

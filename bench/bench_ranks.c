@@ -11,7 +11,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -72,7 +72,7 @@ static void run(kmp_walk *w, const kempe_system *system)
 {
     kempe_run_options settings = {0};
     kempe_trajectory *t = NULL;
-    settings.t_end = fmin(system->model->run.t_end > 0 ? system->model->run.t_end : 1, 1);
+    settings.t_end = fmin(kmp_model_run(system->model)->t_end > 0 ? kmp_model_run(system->model)->t_end : 1, 1);
     if (kempe_simulate(system, &settings, &t) == KEMPE_OK && system->chart_count == 0)
         for (int k = 0; k < kempe_trajectory_row_count(t); k++) {
             kmp_walk_evaluate(w, kempe_trajectory_q(t, k));

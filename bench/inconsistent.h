@@ -102,7 +102,7 @@ static double push_apart(const push_scene *p, const double *a, const double *b)
 /* The start that the model gives from now on. */
 static void push_start(const push_scene *p, const double *q, const double *qd, bool hold_u)
 {
-    kmp_start *start = &p->s.model->start;
+    const kmp_start *start = kmp_model_start(p->s.model);
     for (int k = 0; k < p->s.system->n; k++) {
         start->q[k].value = q[k];
         start->qd[k].value = qd[k];

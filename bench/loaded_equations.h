@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "exchange/code/write.h"
 #include "model/data/force.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <stdio.h>
@@ -83,7 +83,7 @@ static inline bool emitted_init(emitted *e, const kempe_model *model, const char
                                 instead->constant_count + instead->input_count + instead->code[instead->stages]);
     }
     bool ok = mkdtemp(folder) && kmp_language_write(&kmp_language_c, &source, &files) &&
-              emitted_write(model->context, folder, &files) && emitted_compile(e, folder, &source);
+              emitted_write(kmp_model_context(model), folder, &files) && emitted_compile(e, folder, &source);
     kmp_code_files_free(&files);
     kmp_source_free(&source);
     snprintf(command, sizeof command, "rm -r %s", folder);

@@ -8,8 +8,8 @@
 #include "bench/numeric.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/closure.h"
 #include "model/data/force.h"
-#include "model/data/model.h"
 
 typedef struct numeric_place {
     double r[3][3], axis[3]; /* of the joint, with the sign of q */
@@ -100,12 +100,12 @@ static inline bool numeric_closures_init(numeric_closures *c, const numeric *p, 
 {
     const kempe_model *model = tree->model;
     *c = (numeric_closures){.tree = p};
-    c->cuts = KMP_NEW(numeric_cut, model->closure_count);
-    c->views = KMP_NEW(numeric_view, model->closure_count);
+    c->cuts = KMP_NEW(numeric_cut, kmp_model_closure_count(model));
+    c->views = KMP_NEW(numeric_view, kmp_model_closure_count(model));
     c->places = KMP_NEW(numeric_place, tree->count);
     bool ok = c->cuts && c->views && c->places;
-    for (int k = 0; ok && k < model->closure_count; k++) {
-        const kmp_closure *from = &model->closures[k];
+    for (int k = 0; ok && k < kmp_model_closure_count(model); k++) {
+        const kmp_closure *from = kmp_model_closure(model, k);
         bool drive = from->kind == KMP_CLOSURE_drive || from->kind == KMP_CLOSURE_lock;
         ok = drive || ((from->kind == KMP_CLOSURE_ball || from->kind == KMP_CLOSURE_rod) && !from->function);
         if (ok)

@@ -8,8 +8,10 @@ that tie them where folders include each other in a circle.
 
 A layer may include itself and what LAYERS lists for it; quoted names are resolved from the file's own folder,
 then from the root, then from src/. Solver headers (SOLVERS) belong to the layers in MAY_SOLVE alone. Only src/platform asks the
-preprocessor for a system (SYSTEMS); others may ask for a processor, as __x86_64__ or __wasm__.
+preprocessor for a system (SYSTEMS); others may ask for a processor, as __x86_64__ or __wasm__. At most so many sources as CROWDS says
+include a header, directly or over others: each change of it compiles them all.
 """
+import collections
 import pathlib
 import re
 import sys
@@ -98,6 +100,8 @@ MAY_SOLVE = {"linalg", "constraints", "integrators", "ensemble"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack|nlopt)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
 SOURCE = {".c", ".h", ".def"}
+# header: the most sources that include it, and what is included in its place
+CROWDS = {"src/model/data/model.h": (250, "accessors are in the headers of the nouns: body.h, closure.h, force.h, start.h, model_context.h ..")}
 SYSTEMS = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif)\b.*\b(_WIN\d\d|_MSC_VER|__MINGW\w*|__CYGWIN__|__APPLE__|__MACH__|__linux(?:__)?|__unix(?:__)?"
                      r"|__ANDROID__|__\w*BSD__|__EMSCRIPTEN__|__GLIBC\w*)\b")
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')
@@ -213,11 +217,32 @@ def circles(edges):
     return found
 
 
+def crowded(root, bounds):
+    """One sentence for each header that more sources include, directly or over other files, than `bounds` allows."""
+    includers = collections.defaultdict(set)
+    for top in ("include", "src", "constraints", "integrators", "bench", "python", "examples", "tests"):
+        for path in (root / top).rglob("*"):
+            if path.suffix in SOURCE:
+                for match in filter(None, map(INCLUDE.match, path.read_text().splitlines())):
+                    target = resolve(root, path, match.group(1)) if match.group(1) else None
+                    includers[target].add(path.relative_to(root).as_posix())
+    found = []
+    for header, (most, instead) in bounds.items():
+        reached, row = {header}, [header]
+        for name in row:
+            row += sorted(includers[name] - reached)
+            reached |= includers[name]
+        count = sum(name.endswith(".c") for name in reached)
+        if count > most:
+            found.append(f"{header}:1: {count} sources include it, directly or over others, and at most {most} may: {instead}")
+    return found
+
+
 def check(root):
     root = root.resolve()
     files = list(sources(root))
     problems = [problem for path in files for problem in check_file(root, path)]
-    return len(files), problems + circles(folder_edges(root, files)) + systems(root)
+    return len(files), problems + circles(folder_edges(root, files)) + systems(root) + crowded(root, CROWDS)
 
 
 PLANTED = [  # file, its include, whether it is allowed
@@ -296,6 +321,17 @@ def self_test():
             if allowed != (systems(pathlib.Path(folder)) == []):
                 wrong += 1
                 print(f"self-test: {directive} in {name} should be {'allowed' if allowed else 'found'}")
+    for most, found in ((2, 0), (1, 1)):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder).resolve()
+            for name, text in (("src/model/data/a.h", ""), ("src/model/data/b.h", '#include "model/data/a.h"'), ("tests/unit/c.c", '#include "model/data/b.h"'),
+                               ("bench/d.c", '#include "model/data/a.h"'), ("src/model/e.c", "")):
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text + "\n")
+            sentences = crowded(root, {"src/model/data/a.h": (most, "")})
+        if len(sentences) != found:
+            wrong += 1
+            print(f"self-test: two sources include a header, {most} may: {sentences}")
     print(f"self-test: {len(PLANTED) - wrong} of {len(PLANTED)} planted includes judged rightly")
     return wrong
 

@@ -19,8 +19,9 @@
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include <math.h>
 #include <string.h>
 
@@ -136,7 +137,7 @@ static int first_without_start(const work *w, const groups *g, int group)
     for (int k = w->n; k-- > 0;) {
         if (g->motion[k] != group)
             continue;
-        if (w->s->model->start.q_given[k])
+        if (kmp_model_start(w->s->model)->q_given[k])
             return 0;
         first = k + 1;
     }
@@ -346,7 +347,7 @@ static void close_independent(work *w)
 static bool center_joints(work *w)
 {
     int charts = kmp_charts_count(w->s), centred = 0;
-    if (w->guess->goals && w->s->model->start.goal_count > 0)
+    if (w->guess->goals && kmp_model_start(w->s->model)->goal_count > 0)
         return true;
     for (int c = 0; c < charts; c++) {
         const bool *hold = w->guess->hold + w->s->chart_first[c];
@@ -414,7 +415,7 @@ static double correct_rates(work *w, const bool *fixed)
 /* Sets the model's rates, for centred joints in their charts: one given rate of a joint counts as all three. */
 static void given_rates(work *w)
 {
-    const kmp_start *start = &w->s->model->start;
+    const kmp_start *start = kmp_model_start(w->s->model);
     for (int k = 0; k < w->n; k++) {
         w->a->qd[k] = start->qd[k].value;
         w->fixed[k] = start->qd_given[k];
@@ -494,7 +495,7 @@ static void measure_gaps(work *w)
     }
     for (int i = 0; i < w->vectors.count; i++)
         a->turns[w->vectors.closure[i]] = w->vectors.angle[i];
-    for (int c = 0; c < w->s->model->closure_count; c++) {
+    for (int c = 0; c < kmp_model_closure_count(w->s->model); c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
         a->turn = fmax(a->turn, a->turns[c]);
     }
@@ -509,10 +510,11 @@ static bool count_drives(work *w)
     if (!without)
         return false;
     for (int r = 0; r < w->m; r++)
-        a->drives += kmp_closure_is_drive(&w->s->model->closures[w->s->rows[r].closure]);
+        a->drives += kmp_closure_is_drive(kmp_model_closure(w->s->model, w->s->rows[r].closure));
     for (int e = 0; e < p->count; e++)
-        without[e] =
-            kmp_closure_is_drive(&w->s->model->closures[w->s->rows[p->row[e]].closure]) ? 0 : w->eval->jacobian[e];
+        without[e] = kmp_closure_is_drive(kmp_model_closure(w->s->model, w->s->rows[p->row[e]].closure))
+                         ? 0
+                         : w->eval->jacobian[e];
     if (a->drives == 0 || !kmp_partition_pivots(w->s, without, a->pivots))
         return a->drives == 0;
     a->freedoms = w->n;
@@ -528,7 +530,7 @@ static bool judge_closures(work *w)
     a->residual = w->m > 0 ? residual(w) : 0;
     measure_gaps(w);
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance && !a->turned;
-    for (int c = 0; !a->closed && c < w->s->model->closure_count; c++) {
+    for (int c = 0; !a->closed && c < kmp_model_closure_count(w->s->model); c++) {
         double extent = kmp_assembly_extent(a, c);
         if (extent <= KMP_CLOSED_ENOUGH * w->s->length)
             continue;
@@ -658,7 +660,7 @@ static bool assemble(work *w)
         if (ok && w->vectors.count > 0 && !is_closed(w))
             ok = search_by_vectors(w);
     }
-    if (w->s->model->start.goal_count == 0)
+    if (kmp_model_start(w->s->model)->goal_count == 0)
         w->a->centred = kmp_loosening_center(&w->loose, w->guess->hold, w->a->q);
     if (!ok || !seek_goals(w) || !judge_closures(w))
         return false;

@@ -7,7 +7,9 @@
 #include "constraints/closing/mode_watch.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/run_settings.h"
+#include "model/data/start.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <stdlib.h>
@@ -28,7 +30,7 @@ bool kmp_state_same(const kempe_system *system, double within, int apart_count, 
             return false;
     for (int k = 0; k < system->n; k++) {
         double off = (a[k] - b[k]) / system->scale[k];
-        if (system->model->motions[k].rotation)
+        if (kmp_model_motion(system->model, k)->rotation)
             off = remainder(off, TWO_PI);
         if (fabs(off) < within || kmp_chart_of(system, k) >= 0)
             continue;
@@ -53,7 +55,7 @@ kempe_status kmp_random_starts_next(kmp_random_starts *random, kempe_assembly **
 {
     const kempe_system *system = random->system;
     for (int k = 0; k < system->n; k++) {
-        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : random->far * system->length;
+        double reach = kmp_model_motion(system->model, k)->rotation ? TWO_PI / 2 : random->far * system->length;
         random->guess[k] = random->from[k];
         if (!random->still[k])
             random->guess[k] += reach * kmp_walk_random(&random->state);
@@ -88,11 +90,11 @@ static bool choose_kept(search *s)
     bool *kept = s->b->kept;
     int n = system->n, count = 0;
     for (int k = 0; k < n; k++) {
-        kept[k] = model->start.hold[k];
-        count += kept[k] && !model->motions[k].elastic;
+        kept[k] = kmp_model_start(model)->hold[k];
+        count += kept[k] && !kmp_model_motion(model, k)->elastic;
     }
-    for (int k = 0; count == 0 && k < model->run.independent_count; k++)
-        kept[model->run.independent[k]] = true;
+    for (int k = 0; count == 0 && k < kmp_model_run(model)->independent_count; k++)
+        kept[kmp_model_run(model)->independent[k]] = true;
     for (int k = count = 0; k < n; k++)
         count += kept[k];
     /* At the assembled state, in the charts in which it was found, J has its rank. */
@@ -133,7 +135,7 @@ static void add_branch(search *s, const double *q, double residual)
         return;
     for (int k = 0; k < system->n; k++) {
         double off = q[k] - s->b->assembly->q[k];
-        off = system->model->motions[k].rotation ? remainder(off, TWO_PI) : off;
+        off = kmp_model_motion(system->model, k)->rotation ? remainder(off, TWO_PI) : off;
         branch.q[k] = s->b->assembly->q[k] + (fabs(off) < ROUNDING * system->scale[k] ? 0 : off);
     }
     kmp_mode_signs_evaluate(&s->signs, 0, branch.q);

@@ -8,8 +8,10 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/small_change.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/flexible.h"
 #include "model/data/start.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -30,7 +32,7 @@ bool kmp_deformation_rows_at(kmp_deformation_rows *x, double *q, double *rows)
         const kempe_model *model = x->s->model;
         memset(x->qd, 0, (size_t)x->s->n * sizeof *x->qd);
         for (int k = kmp_model_coordinates(model); k < x->s->n; k++)
-            x->qd[k] = model->start.qd[k].value;
+            x->qd[k] = kmp_model_start(model)->qd[k].value;
     } else {
         kmp_reduction_rates(&x->red, x->ud, x->qd);
     }
@@ -91,7 +93,7 @@ bool kmp_deformation_rows_slope(kmp_deformation_rows *x)
 static int order_wishes(const kempe_system *s, const kmp_deformation_choice *c, const double *jacobian, bool *liked,
                         int *u, int *other)
 {
-    const kmp_start *start = &s->model->start;
+    const kmp_start *start = kmp_model_start(s->model);
     for (int k = 0; k < s->n; k++)
         liked[k] = c->moves[k] || (c->liked ? c->liked[k] : start->hold[k]);
     const int count = kmp_partition_prefer(s, jacobian, liked, u);
@@ -159,13 +161,13 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
 kempe_status kmp_deformation_rows_of_shapes(kmp_deformation_rows *x, const kempe_system *s, const double *q,
                                             const double *qd)
 {
-    if (s->model->flexible_count == 0)
+    if (kmp_model_flexible_count(s->model) == 0)
         return KEMPE_E_FAILED;
     const bool quiet = kmp_context_quiet(s->context, true);
     char *said = kmp_strdup(kempe_context_message(s->context));
     bool *moves = KMP_NEW(bool, s->n);
     for (int k = 0; moves && k < s->n; k++)
-        moves[k] = s->model->motions[k].elastic;
+        moves[k] = kmp_model_motion(s->model, k)->elastic;
     const kmp_deformation_choice choice = {.moves = moves, .q = q, .qd = qd};
     const kempe_status status = moves ? kmp_deformation_rows_init(x, s, &choice) : KEMPE_E_MEMORY;
     (void)kmp_context_quiet(s->context, quiet);

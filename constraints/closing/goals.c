@@ -22,7 +22,7 @@
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include <math.h>
 #include <string.h>
 
@@ -77,7 +77,7 @@ static double norm(int n, const double *x)
 /* r and G at p->q. */
 static void evaluate_goals(search *w, place *p)
 {
-    const kmp_start *start = &w->s->model->start;
+    const kmp_start *start = kmp_model_start(w->s->model);
     int n = w->n, places = kmp_goals_place_count(w->s->model), point = 0, at = 0;
     const double *of = NULL;
     if (w->points) {
@@ -179,7 +179,7 @@ static double second_derivative_once(search *w, const place *p, double sign)
         return sum;
     kmp_machine_set(w->points, KMP_IN_QD, w->step);
     const double *second = kmp_machine_run(w->points, KMP_STAGE_BEND);
-    const kmp_start *start = &w->s->model->start;
+    const kmp_start *start = kmp_model_start(w->s->model);
     for (int k = 0, at = 0; k < start->goal_count; at += start->goals[k++].width)
         for (int i = 0; start->goals[k].point >= 0 && i < 3; i++)
             sum += p->r[at + i] * w->factor[at + i] * *second++;
@@ -341,7 +341,7 @@ static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_
     if (w->arena.failed)
         return false;
     /* Weights of distances over their scales. */
-    const kmp_start *start = &w->s->model->start;
+    const kmp_start *start = kmp_model_start(w->s->model);
     for (int k = 0, at = 0; k < start->goal_count; k++) {
         const kmp_goal *goal = &start->goals[k];
         double scale = goal->motion >= 0 ? w->s->scale[goal->motion] : w->s->length;

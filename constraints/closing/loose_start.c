@@ -8,7 +8,7 @@
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include <math.h>
 #include <string.h>
 
@@ -28,8 +28,8 @@ bool kmp_loosening_init(kmp_loosening *l, const kempe_system *s, kmp_closer *clo
                         KMP_ROOM(double, count *n, &l->slope, &l->change), KMP_ROOM(double, count *count, &l->matrix),
                         KMP_ROOM(double, n, &l->trial), KMP_ROOM(double, s->m, &l->room)))
         return false;
-    for (int k = 0, at = 0; k < s->model->force_count; k++)
-        for (int i = 0; i < kmp_goals_centred_of(&s->model->forces[k]); i++)
+    for (int k = 0, at = 0; k < kmp_model_force_count(s->model); k++)
+        for (int i = 0; i < kmp_goals_centred_of(kmp_model_force(s->model, k)); i++)
             l->force[at++] = k;
     kmp_machine_set(l->machine, KMP_IN_PARAMETER, s->parameters);
     (void)kmp_machine_run(l->machine, 0);
@@ -118,7 +118,7 @@ static bool is_outside(const kmp_loosening *l)
 {
     bool any = false;
     for (int i = 0; i < l->count; i++) {
-        const bool compliant = l->s->model->forces[l->force[i]].kind == KMP_FORCE_COMPLIANT;
+        const bool compliant = kmp_model_force(l->s->model, l->force[i])->kind == KMP_FORCE_COMPLIANT;
         double sum = 0;
         for (int k = 0; k < l->count; k++)
             sum += l->force[k] == l->force[i] ? l->length[k] * l->length[k] : 0;

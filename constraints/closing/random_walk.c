@@ -7,7 +7,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include <math.h>
 #include <string.h>
 
@@ -18,7 +18,7 @@ enum { MOST_ITERATIONS = 40, TRIES = 5 };
 /* A row that only deflections move opens by no more than they do: by a small unit it would pass for one of rounding. */
 double kmp_walk_unit(const kempe_system *system, int k)
 {
-    const kmp_motion *motion = &system->model->motions[k];
+    const kmp_motion *motion = kmp_model_motion(system->model, k);
     return !motion->elastic ? system->scale[k] : motion->rotation ? 1 : system->length;
 }
 

@@ -5,7 +5,6 @@
 #include "constraints/closing/load_margin.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
-#include "model/data/model.h"
 #include "model/data/start.h"
 #include <math.h>
 #include <string.h>
@@ -101,7 +100,7 @@ static kempe_status take(const kmp_settling *x, kempe_assembly *a)
     KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd),
                                                    KMP_ROOM(bool, n, &a->stays))));
     for (int k = 0; k < r->part.p; k++)
-        a->stays[r->part.u[k]] = !r->s->model->start.undeformed[r->part.u[k]];
+        a->stays[r->part.u[k]] = !kmp_model_start(r->s->model)->undeformed[r->part.u[k]];
     for (int k = 0; k < n; k++) {
         a->moved[k] += r->q[k] - a->q[k];
         a->held_q[k] = a->q[k];
@@ -131,14 +130,14 @@ static kempe_status settle(kmp_settling *x, kempe_assembly *a)
 
 kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)
 {
-    if (!s->model->start.statics || !a->closed)
+    if (!kmp_model_start(s->model)->statics || !a->closed)
         return KEMPE_OK;
     if (a->inner_q)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "start: 'elastic: static' is not possible where a spherical joint is near its singular "
                         "position; give it other axes");
     kmp_settling x;
-    const kmp_deformation_choice choice = {.moves = s->model->start.undeformed, .q = a->q, .qd = a->qd};
+    const kmp_deformation_choice choice = {.moves = kmp_model_start(s->model)->undeformed, .q = a->q, .qd = a->qd};
     kempe_status status = kmp_settling_init(&x, s, &choice);
     if (status == KEMPE_OK)
         status = settle(&x, a);

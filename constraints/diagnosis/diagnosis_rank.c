@@ -6,7 +6,7 @@
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
 #include <math.h>
 #include <string.h>
 
@@ -188,7 +188,7 @@ static void try_closure(kmp_examination *x, int closure, bool *out, int *rows, k
 void kmp_diagnosis_repairs(kmp_examination *x)
 {
     kmp_diagnosis *d = x->diagnosis;
-    int closures = x->system->model->closure_count;
+    int closures = kmp_model_closure_count(x->system->model);
     double m = x->system->m, cost = 2 * d->shared_count * m * x->system->n * d->generic_rank;
     if (d->generic_rank == x->system->m)
         return;

@@ -5,7 +5,7 @@
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/duals.h"
 #include "dynamics/motion.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include <string.h>
 
 /* Larger mechanisms are only differentiated: this needs room for whole matrices. */
@@ -240,7 +240,7 @@ bool kmp_equations_move_in_time(const kempe_system *system)
     const output_places out = find_outputs(system);
     kmp_arena arena = {0};
     kmp_duals *duals = kmp_duals_know(system->motion) ? kmp_duals_new(system->motion, &arena) : NULL;
-    const int times = 1 + KMP_TIME_NUMBERS * system->model->input_count;
+    const int times = 1 + KMP_TIME_NUMBERS * kmp_model_all_inputs(system->model);
     bool moves = !duals;
     for (int first = 0; !moves && first < times; first += KMP_DUALS_MARKED) {
         kmp_duals_mark(duals, KMP_IN_TIME, (uint32_t)first);

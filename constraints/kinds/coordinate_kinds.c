@@ -4,7 +4,7 @@
 #include "dynamics/kinematics/gear_mesh.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include <math.h>
 
 /* An expression stays zero. */
@@ -20,7 +20,7 @@ const kmp_part kmp_part_constraint = {1, KMP_KIND_POWER_GIVEN, constraint, kmp_p
 static void coupler(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    const kmp_number *start = tree->model->start.q;
+    const kmp_number *start = kmp_model_start(tree->model)->q;
     h[0] = closure->constant ? kmp_neg(kmp_tree_number(tree, closure->constant)) : KMP_ZERO;
     for (int k = 0; k < closure->term_count; k++) {
         const kmp_term *term = &closure->terms[k];
@@ -63,7 +63,7 @@ const kmp_part kmp_part_drive = {1, KMP_KIND_POWER_OF_COORDINATE, drive, kmp_par
 static void lock(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref start = kmp_tree_number(tree, &tree->model->start.q[closure->motion]);
+    kmp_ref start = kmp_tree_number(tree, &kmp_model_start(tree->model)->q[closure->motion]);
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), start);
 }
 

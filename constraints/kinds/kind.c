@@ -4,8 +4,8 @@
 #include "constraints/kinds/kind.h"
 #include "base/wings.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/closure.h"
 #include "model/data/gear.h"
-#include "model/data/model.h"
 
 const kmp_part kmp_part_none = {0};
 
@@ -63,9 +63,10 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
 int kmp_closure_all_rows(const kempe_model *model)
 {
     int rows = 0;
-    for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure_parts *kind = kmp_closure_parts_of(model->closures[c].kind);
-        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
+    for (int c = 0; c < kmp_model_closure_count(model); c++) {
+        const kmp_closure *closure = kmp_model_closure(model, c);
+        const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
+        rows += kind ? kmp_closure_rows(kind, closure) : 0;
     }
     return rows;
 }

@@ -5,7 +5,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include <math.h>
 
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
@@ -16,7 +16,8 @@ int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
 /* Numbers of bodies increase from parents to children. */
 kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v)
 {
-    const kmp_point *points = tree->model->points, *p = &points[closure->point[0]], *q = &points[closure->point[1]];
+    const kmp_point *p = kmp_model_point(tree->model, closure->point[0]);
+    const kmp_point *q = kmp_model_point(tree->model, closure->point[1]);
     return kmp_body_vector_back(tree, kmp_model_common_body(tree->model, p->body, q->body), v);
 }
 

@@ -7,19 +7,19 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 
 static void friction(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    const kmp_force *force = &tree->model->forces[closure->force];
+    const kmp_force *force = kmp_model_force(tree->model, closure->force);
     h[0] = kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_friction_moved(tree, force));
 }
 
 static bool rolling(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates)
 {
     kmp_graph *g = tree->graph;
-    const kmp_force *force = &tree->model->forces[closure->force];
+    const kmp_force *force = kmp_model_force(tree->model, closure->force);
     if (kmp_friction_has_place(tree, force))
         return false;
     rates[0] = kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_friction_rate(tree, force));
@@ -31,7 +31,7 @@ const kmp_part kmp_part_friction = {1, KMP_KIND_POWER_GIVEN, friction, kmp_part_
 static void touch(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    const kmp_force *contact = &tree->model->forces[closure->force];
+    const kmp_force *contact = kmp_model_force(tree->model, closure->force);
     kmp_ref moved =
         kmp_sub(g, kmp_touching_gap(tree, &contact->touch), kmp_friction_input(tree, contact, KMP_ROLE_PLACE));
     h[0] = kmp_mul(g, kmp_friction_input(tree, contact, KMP_ROLE_HELD), moved);

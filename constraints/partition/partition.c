@@ -10,7 +10,8 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -274,7 +275,7 @@ static bool choice_init(kmp_pick *c, kmp_arena_lent *room, const kempe_system *s
 
 static const char *coordinate(const kempe_system *s, int k)
 {
-    return s->model->motions[k].name;
+    return kmp_model_motion(s->model, k)->name;
 }
 
 /* Reports that a user's choice is not possible, with p coordinates that are: Kempe's own choice. */
@@ -316,8 +317,8 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
     part->user = true;
     KMP_TRY(kmp_made(s->context, kmp_pick_pivot(c, c->fixed, pivots)));
     /* One coordinate per degree of freedom, besides the states, which are the last ones, and Jv regular. */
-    int p = part->p - s->model->state_count, r = part->r;
-    count -= s->model->state_count;
+    int p = part->p - kmp_model_state_count(s->model), r = part->r;
+    count -= kmp_model_state_count(s->model);
     bool possible = count == p && (r == 0 || pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]);
     return possible ? KEMPE_OK : complain_wish(s, p, r, best, wish, count, pivots);
 }

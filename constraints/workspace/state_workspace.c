@@ -13,8 +13,10 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -48,13 +50,13 @@ kempe_status kmp_workspace_refuse_contacts(kempe_workspace *ws, const char *what
 kempe_status kmp_workspace_require_decisions(kempe_workspace *ws, const char *what)
 {
     const kempe_model *model = ws->system->model;
-    for (int k = 0; !ws->friction.self && k < model->force_count; k++)
-        if (model->forces[k].kind == KMP_FORCE_TOUCH) {
+    for (int k = 0; !ws->friction.self && k < kmp_model_force_count(model); k++)
+        if (kmp_model_force(model, k)->kind == KMP_FORCE_TOUCH) {
             (void)kmp_workspace_fail(
                 ws,
                 "%s: contact '%s' opens and closes, which is unknown at a state: make the workspace with "
                 "friction that sticks (stick), which evaluates contacts, too",
-                what, model->forces[k].name);
+                what, kmp_model_force(model, k)->name);
             return KEMPE_E_ARGUMENT;
         }
     return KEMPE_OK;
@@ -77,7 +79,7 @@ kempe_status kmp_workspace_check_time(kempe_workspace *ws, double t)
 
 const char *kmp_workspace_coordinate_name(const kempe_workspace *ws, int entry)
 {
-    return ws->system->model->motions[entry].name;
+    return kmp_model_motion(ws->system->model, entry)->name;
 }
 
 const char *kmp_workspace_independent_name(const kempe_workspace *ws, int entry)
@@ -137,7 +139,7 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
     if (made) {
         const kempe_system *s = ws->system;
         for (int r = 0; r < s->m; r++) {
-            ws->of_modes[r] = kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]);
+            ws->of_modes[r] = kmp_closure_is_of_modes(kmp_model_closure(s->model, s->rows[r].closure));
             if (!ws->of_modes[r])
                 ws->closure_rows[ws->closure_count++] = r;
         }

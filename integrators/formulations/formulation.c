@@ -6,7 +6,8 @@
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include "model/data/state.h"
 #include <string.h>
 
 void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)
@@ -79,6 +80,6 @@ const char *kmp_formulation_row_of_rates(const kempe_system *system)
 {
     for (int r = 0; r < system->m; r++)
         if (system->rows[r].of_rates)
-            return system->model->closures[system->rows[r].closure].name;
+            return kmp_model_closure(system->model, system->rows[r].closure)->name;
     return NULL;
 }

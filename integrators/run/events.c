@@ -12,7 +12,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/event_location.h"
 #include "integrators/decide/restart.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "model/data/rope.h"
 #include "model/language/expression_value.h"
 #include <float.h>
@@ -750,7 +750,7 @@ static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
         return;
     const kmp_force *force = condition->measured ? condition->of : NULL;
     if (force) {
-        kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, holds, most);
+        kmp_run_log_contact(c->plan.log, (int)(force - kmp_model_force(c->s->model, 0)), t, holds, most);
         c->past[k].peak = 0;
         c->past[k].latest.count = 0;
         const kmp_contact_words words = kmp_contact_words_of(c->s->model, force->name);

@@ -12,8 +12,9 @@
 #include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "model/data/rope.h"
 #include "model/read/loads.h"
 #include <math.h>
@@ -557,7 +558,7 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_fric
     }
     for (int i = 0; i < count; i++) {
         const kmp_force *force = force_at(events, &element[i]);
-        const kmp_force *contact = force->contact > 0 ? &s->model->forces[force->contact - 1] : NULL;
+        const kmp_force *contact = force->contact > 0 ? kmp_model_force(s->model, force->contact - 1) : NULL;
         element[i].base = contact ? element_with(events, count, element, contact) : -1;
         element[i].twin = force->across > 0 ? element_with(events, count, element, kmp_friction_twin(force)) : -1;
     }
@@ -650,9 +651,10 @@ int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece)
 bool kmp_friction_is_loaded(const kempe_model *model)
 {
     bool loaded = false;
-    for (int k = 0; k < model->force_count; k++)
-        loaded = loaded || model->forces[k].contact > 0 ||
-                 (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    for (int k = 0; k < kmp_model_force_count(model); k++) {
+        const kmp_force *force = kmp_model_force(model, k);
+        loaded = loaded || force->contact > 0 || (kmp_force_sticks(force) && kmp_force_lambda(force));
+    }
     return loaded;
 }
 
@@ -687,9 +689,9 @@ void kmp_friction_show(kmp_runner *run, double t, double *row)
     double *lambda = row + 3 * s->n;
     kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
     for (int r = 0; r < s->m; r++) {
-        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
         for (int i = 0; i < x->count && kmp_closure_is_friction(closure); i++)
-            if (force_of(run, &x->element[i]) == &s->model->forces[closure->force])
+            if (force_of(run, &x->element[i]) == kmp_model_force(s->model, closure->force))
                 lambda[r] = kmp_friction_at(x, &x->element[i], KMP_ROLE_GIVEN);
     }
 }

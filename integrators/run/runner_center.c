@@ -8,7 +8,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -93,7 +93,7 @@ static void note_center(const kmp_runner *run, int c, double t, double regular)
     kmp_run_log_add(run->log, "centring", t, regular, 1,
                     "inner angles of joint '%s' chosen again far from their singular position (determinant of the axes "
                     "%.3g -> 1); reported angles continue",
-                    model->bodies[model->motions[run->s->chart_first[c]].body].joint, regular);
+                    kmp_model_body(model, kmp_model_motion(model, run->s->chart_first[c])->body)->joint, regular);
 }
 
 void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)

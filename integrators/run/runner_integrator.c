@@ -8,7 +8,6 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/singular_step.h"
-#include "model/data/model.h"
 
 #include <math.h>
 

@@ -64,8 +64,8 @@ class Values(Mapping[str, Any]):
     """Outputs and inputs by their names, and `t`, the time of the episode: an array with a value for each instance.
     `values["q(phi)"]` and `values["q.phi"]` are the same."""
 
-    def __init__(self, places: Mapping[str, int], rows: Array) -> None:
-        self._places, self._rows = places, rows
+    def __init__(self, places: Mapping[str, int], columns: Array) -> None:
+        self._places, self._columns = places, columns
 
     def __getitem__(self, name: str) -> Any:
         """The values of an output or input.
@@ -74,7 +74,7 @@ class Values(Mapping[str, Any]):
         place = self._places.get(name, self._places.get(column_name(name), -1))
         if place < 0:
             raise KeyError(unknown("value", name, self._places))
-        return self._rows[..., place]
+        return self._columns[place]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
@@ -298,7 +298,9 @@ class _Instances:
         self.t[:] = times
         self.t[~moving] = np.nan
         self.move(True)
-        values = Values(self.places, np.concatenate((self.outputs, self.actions, times[:, np.newaxis]), axis=1))
+        # Each value's numbers are next to each other: of others NumPy rounds functions in one of two ways, by their addresses.
+        columns = np.ascontiguousarray(np.concatenate((self.outputs, self.actions, times[:, np.newaxis]), axis=1).T)
+        values = Values(self.places, columns)
         reasons = self._failures()
         rewards = np.empty(len(times))
         rewards[:] = task.reward(values)

@@ -29,6 +29,7 @@ TASK = {
 
 
 def upright(values):
+    assert values["q(phi)"].flags.c_contiguous
     return np.cos(values["q(phi)"]) - 1e-3 * values["u"] ** 2
 
 

@@ -9,7 +9,8 @@
 #include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/system_record.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/flexible.h"
 #include "symbolic/derivative.h"
 #include "symbolic/live.h"
 #include <math.h>
@@ -405,11 +406,11 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
 /* A flexible body whose mass matrix is not positive at all deflections; NULL: there is none. */
 static const char *may_lose_its_sign(const kempe_model *model)
 {
-    for (int f = 0; f < model->flexible_count; f++) {
-        const kmp_flexible *flexible = &model->flexibles[f];
+    for (int f = 0; f < kmp_model_flexible_count(model); f++) {
+        const kmp_flexible *flexible = kmp_model_flexible(model, f);
         for (int k = flexible->first; k < flexible->first + flexible->count; k++)
-            if (flexible->stiffening == KMP_STIFFENING_FIRST && model->motions[k].rotation)
-                return model->bodies[flexible->body].name;
+            if (flexible->stiffening == KMP_STIFFENING_FIRST && kmp_model_motion(model, k)->rotation)
+                return kmp_model_body(model, flexible->body)->name;
     }
     return NULL;
 }

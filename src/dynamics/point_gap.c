@@ -15,7 +15,8 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include "model/data/flexible.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
 #include "symbolic/substitute.h"
@@ -419,7 +420,7 @@ static const gap_version *version_of(gaps *s, gap *p, gap_part what, const gap_v
 static void add_gap(gaps *s, int row, int count)
 {
     kmp_equations *eq = s->eq;
-    const kmp_closure *closure = &eq->model->closures[eq->closures.rows[row].closure];
+    const kmp_closure *closure = kmp_model_closure(eq->model, eq->closures.rows[row].closure);
     gap p = {.closure = eq->closures.rows[row].closure, .row = row, .count = count};
     int ancestor;
     if (closure->point[0] < 0 || closure->point[1] < 0)
@@ -601,12 +602,12 @@ static uint8_t *variants_of(gaps *s, const gap *p)
 bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
 {
     gaps s = {.eq = eq, .sets = sets, .view = -1};
-    if (eq->model->closure_count > MOST_CLOSURES || eq->model->flexible_count > 0 ||
+    if (kmp_model_closure_count(eq->model) > MOST_CLOSURES || kmp_model_flexible_count(eq->model) > 0 ||
         (!is_requested(&s, PLACE) && !is_requested(&s, RATE)))
         return true;
     const int links = eq->tree.count;
-    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(gap, eq->model->closure_count, &s.list), KMP_ROOM(gap_seen, links, &s.seen),
-                   KMP_ROOM(kmp_vec, links, &s.arm), KMP_ROOM(int, links, &s.path));
+    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(gap, kmp_model_closure_count(eq->model), &s.list),
+                   KMP_ROOM(gap_seen, links, &s.seen), KMP_ROOM(kmp_vec, links, &s.arm), KMP_ROOM(int, links, &s.path));
     if (kmp_graph_failed(eq->graph))
         return false;
     for (int r = 0, count; r < eq->m; r += count) {

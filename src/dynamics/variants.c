@@ -3,7 +3,8 @@
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "symbolic/trig.h"
 #include <limits.h>
 #include <string.h>
@@ -11,17 +12,17 @@
 /* The bytes of all motions, then the bytes of all closures. */
 static size_t motion_savings(const kempe_model *model)
 {
-    return 5 * (size_t)model->motion_count;
+    return 5 * (size_t)kmp_model_motion_count(model);
 }
 
 static size_t savings_size(const kempe_model *model)
 {
-    return motion_savings(model) + 4 * (size_t)model->closure_count;
+    return motion_savings(model) + 4 * (size_t)kmp_model_closure_count(model);
 }
 
 bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
 {
-    size_t n = (size_t)model->motion_count;
+    size_t n = (size_t)kmp_model_motion_count(model);
     uint8_t *all = KMP_NEW(uint8_t, savings_size(model));
     *savings = (kmp_savings){0};
     if (all)
@@ -136,7 +137,7 @@ void kmp_move_origins(kmp_tree *tree, const uint8_t *origin)
             for (int k = i + 1; k < tree->count; k++)
                 if (tree->links[k].parent == i)
                     tree->links[k].p = kmp_vec_sub(g, tree->links[k].p, d);
-            for (int b = 1; b < tree->model->body_count; b++)
+            for (int b = 1; b < kmp_model_body_count(tree->model); b++)
                 if (tree->mounts[b].link == i)
                     tree->mounts[b].p = kmp_vec_sub(g, tree->mounts[b].p, d);
         }
@@ -288,6 +289,6 @@ void kmp_let_stay(kmp_tree *tree, const uint8_t *stay)
         turn_composite(g, link, &link->own);
         turn_composite(g, link, &link->base);
     }
-    for (int b = 1; b < tree->model->body_count; b++)
+    for (int b = 1; b < kmp_model_body_count(tree->model); b++)
         turn(g, &tree->links[tree->mounts[b].link], &tree->mounts[b].p);
 }

@@ -11,13 +11,14 @@
 #include "ensemble/lanes/ensemble_run.h"
 #include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/lane_steps.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/stepper_run.h"
 #include <kempe/ensemble_stepper.h>
 #include <kempe/output_handles.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 
@@ -99,7 +100,7 @@ static const char *obstacle(const kempe_ensemble_stepper *s, const kmp_engine *e
         return why;
     if (s->spec.max_steps > 0)
         return "a bound on the number of steps";
-    for (int k = 0; k < kmp_model_given_inputs(e->s->model); k++)
+    for (int k = 0; k < kempe_model_input_count(e->s->model); k++)
         if (kmp_model_moved_by(e->s->model, k))
             return "an input that moves a closure";
     return NULL;
@@ -135,10 +136,10 @@ static kempe_status make_part(kempe_ensemble_stepper *s, ensemble_part *p, const
     s->value_count = kempe_outputs_count(p->outputs);
     const size_t at = (size_t)p->first * (size_t)s->n;
     if (p == s->part)
-        KMP_TRY(kmp_made(s->model->context,
+        KMP_TRY(kmp_made(kmp_model_context(s->model),
                          KMP_ARENA_EACH(&s->arena, double, (size_t)s->count *(size_t)s->n, &s->q, &s->qd)));
     p->row = KMP_ARENA_NEW(&s->arena, double, 3 * e->n + e->m);
-    KMP_TRY(kmp_made(s->model->context, p->row));
+    KMP_TRY(kmp_made(kmp_model_context(s->model), p->row));
     s->no_lanes = obstacle(s, e);
     if (!s->no_lanes)
         KMP_TRY(kmp_lane_steps_new(e, p->count, s->q + at, s->qd + at));
@@ -150,7 +151,7 @@ static kempe_status make(kempe_ensemble_stepper *s, const kempe_run_options *run
     const int wanted = run->threads > 0 ? run->threads : kmp_processors();
     s->part_count = wanted < s->count ? wanted : s->count;
     s->team = kmp_team_new(s->part_count);
-    KMP_TRY(kmp_made(s->model->context,
+    KMP_TRY(kmp_made(kmp_model_context(s->model),
                      s->team && KMP_ARENA_MAKE(&s->arena, KMP_ROOM(ensemble_part, s->part_count, &s->part),
                                                KMP_ROOM(one_instance, s->count, &s->instance))));
     for (int k = 0; k < s->part_count; k++) {
@@ -165,15 +166,17 @@ static kempe_status make(kempe_ensemble_stepper *s, const kempe_run_options *run
 kempe_status kempe_ensemble_stepper_new(const kempe_model *model, const kempe_run_options *run, int count, int lanes,
                                         const char *outputs, kempe_ensemble_stepper **stepper)
 {
-    KMP_WANTED_BOTH(model, stepper);
-    KMP_WANTED(model->context, outputs, "outputs");
-    KMP_OPTIONS(model->context, kempe_run_options, run);
-    KMP_TRY(kmp_run_options_check(model->context, run, KMP_STUDY_STEPPER));
+    KMP_WANTED(NULL, model, "model");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, stepper, "stepper");
+    KMP_WANTED(context, outputs, "outputs");
+    KMP_OPTIONS(context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(context, run, KMP_STUDY_STEPPER));
     kmp_model_begin_forces(model);
-    KMP_TRY(kmp_batch_check_lanes(model->context, lanes));
+    KMP_TRY(kmp_batch_check_lanes(context, lanes));
     if (count < 1)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "%d instances: a positive number is expected", count);
-    KMP_MAKE(model->context, kempe_ensemble_stepper, s);
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "%d instances: a positive number is expected", count);
+    KMP_MAKE(context, kempe_ensemble_stepper, s);
     s->model = model;
     s->count = count;
     kempe_status status = make(s, run, lanes, outputs);
@@ -282,7 +285,7 @@ static kempe_status begin(ensemble_part *p, int k, const double *q, const double
 /* Gives the message of a part to the caller. */
 static kempe_status tell(const ensemble_part *p, kempe_status status)
 {
-    kempe_context *context = p->whole->model->context, *own = p->engine->context;
+    kempe_context *context = kmp_model_context(p->whole->model), *own = p->engine->context;
     if (status >= 0 || own == context)
         return status;
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(context)
@@ -294,7 +297,8 @@ kempe_status kempe_ensemble_stepper_begin(kempe_ensemble_stepper *s, int k, cons
     KMP_WANTED(NULL, s, "stepper");
     kmp_model_begin(s->model);
     if (k < 0 || k >= s->count)
-        return kmp_fail(s->model->context, KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", k, s->count);
+        return kmp_fail(kmp_model_context(s->model), KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", k,
+                        s->count);
     ensemble_part *p = part_of(s, k);
     kmp_context_clear(p->engine->context);
     return tell(p, begin(p, k, q, qd));
@@ -432,8 +436,8 @@ static void run_part(void *self, int part)
 
 static kempe_status check_step(const kempe_ensemble_stepper *s, const ensemble_step *step)
 {
-    kempe_context *context = s->model->context;
-    const int given = kmp_model_given_inputs(s->model);
+    kempe_context *context = kmp_model_context(s->model);
+    const int given = kempe_model_input_count(s->model);
     for (int j = 0; j < step->input_count; j++)
         if (step->inputs[j] < 0 || step->inputs[j] >= given)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "there is no input %d: the model has %d", step->inputs[j],
@@ -461,7 +465,7 @@ kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *s, const dou
                                             const int *inputs, const double *values, double *outputs)
 {
     KMP_WANTED(NULL, s, "stepper");
-    kempe_context *context = s->model->context;
+    kempe_context *context = kmp_model_context(s->model);
     KMP_WANTED(context, t, "t");
     KMP_WANTED(context, input_count <= 0 || inputs, "inputs");
     KMP_WANTED(context, input_count <= 0 || values, "values");

@@ -9,7 +9,7 @@
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "output/parquet.h"
 #include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
@@ -597,7 +597,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
                                        const char *path, const kempe_folder_options *options, kempe_folder **folder)
 {
     KMP_WANTED(NULL, ensemble, "ensemble");
-    kempe_context *context = kmp_ensemble_model(ensemble)->context;
+    kempe_context *context = kmp_model_context(kmp_ensemble_model(ensemble));
     KMP_WANTED(context, path, "path");
     KMP_WANTED(context, folder, "folder");
     KMP_OPTIONS(context, kempe_run_options, run);

@@ -8,7 +8,7 @@
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/values.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/read/loads.h"
 #include "output/result_table.h"
 #include "pipeline.h"
@@ -153,7 +153,7 @@ static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena 
 kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *run, const kmp_instance_ranges *ranges,
                            int first, int count, kempe_table **table)
 {
-    history h = {.ensemble = ensemble, .context = kmp_ensemble_model(ensemble)->context};
+    history h = {.ensemble = ensemble, .context = kmp_model_context(kmp_ensemble_model(ensemble))};
     kmp_arena arena = {0};
     kempe_status status = resolve(&h, run, &arena);
     h.table = status == KEMPE_OK ? kmp_tabulate(h.context, "history") : NULL;
@@ -174,7 +174,7 @@ kempe_status kempe_ensemble_history(kempe_ensemble *ensemble, const kempe_run_op
                                     kempe_table **table)
 {
     KMP_WANTED(NULL, ensemble, "ensemble");
-    kempe_context *context = kmp_ensemble_model(ensemble)->context;
+    kempe_context *context = kmp_model_context(kmp_ensemble_model(ensemble));
     KMP_WANTED(context, instances, "instances");
     KMP_WANTED(context, table, "table");
     KMP_OPTIONS(context, kempe_run_options, run);

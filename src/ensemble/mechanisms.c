@@ -5,7 +5,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "ensemble/sampling/model_instances.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
+#include "model/data/run_settings.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,12 +47,12 @@ static const kempe_model *measured(const kempe_model *model, const kmp_quantity_
 kempe_status kmp_mechanisms_new(const kempe_model *model, int count, const char *const *names,
                                 const kmp_quantity_list *quantities, kmp_mechanisms **mechanisms)
 {
-    KMP_MAKE(model->context, kmp_mechanisms, m);
+    KMP_MAKE(kmp_model_context(model), kmp_mechanisms, m);
     m->model = model;
     m->quantities = quantities;
     m->columns = count;
-    kempe_status status = kmp_made(model->context, KMP_ARENA_MAKE(&m->arena, KMP_ROOM(int, count, &m->column),
-                                                                  KMP_ROOM(const char *, count, &m->name)));
+    kempe_status status = kmp_made(kmp_model_context(model), KMP_ARENA_MAKE(&m->arena, KMP_ROOM(int, count, &m->column),
+                                                                            KMP_ROOM(const char *, count, &m->name)));
     if (status == KEMPE_OK) {
         /* The columns that shape the mechanism come first. */
         for (int pass = 0; pass < 2; pass++)
@@ -105,7 +106,7 @@ kmp_ensemble_work kmp_mechanisms_get_work(const kmp_mechanisms *m)
 /* Settings of the run are the same for all instances. */
 static const char *other_setting(const kempe_model *a, const kempe_model *b)
 {
-    const kmp_run_settings *x = &a->run, *y = &b->run;
+    const kmp_run_settings *x = kmp_model_run(a), *y = kmp_model_run(b);
 #define KMP_RUN_OPTION(name, type, key, ...)                                                                           \
     KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(if (x->name != y->name) return #name;))
 #include "model/data/run_options.def"
@@ -118,20 +119,20 @@ static kempe_status derive(const kmp_mechanisms *m, mechanism *one)
     const kmp_quantity_list *list = m->quantities;
     const char *other = other_setting(m->model, one->model);
     if (other)
-        return kmp_fail(m->model->context, KEMPE_E_FAILED, "the setting '%s' of run differs from the other instances",
-                        other);
+        return kmp_fail(kmp_model_context(m->model), KEMPE_E_FAILED,
+                        "the setting '%s' of run differs from the other instances", other);
     KMP_TRY(kmp_quantity_list_init(&one->quantities, one->model, list->words, list->limit_words));
     const kempe_model *model = measured(one->model, &one->quantities);
     KMP_TRY(kmp_ensemble_new(model, m->others, m->name + m->shaping, &one->inner));
     if (kmp_ensemble_system(one->inner)->n != kmp_mechanisms_system(m)->n)
-        return kmp_fail(m->model->context, KEMPE_E_FAILED,
+        return kmp_fail(kmp_model_context(m->model), KEMPE_E_FAILED,
                         "the number of coordinates is another one with these values");
     return KEMPE_OK;
 }
 
 static kempe_status make(const kmp_mechanisms *m, const double *shape, mechanism *one)
 {
-    kempe_context *context = m->model->context;
+    kempe_context *context = kmp_model_context(m->model);
     one->shape = KMP_NEW(double, m->shaping);
     KMP_TRY(kmp_made(context, one->shape));
     memcpy(one->shape, shape, (size_t)m->shaping * sizeof *shape);
@@ -164,9 +165,9 @@ static kempe_status take(kmp_mechanisms *m, const double *shape, mechanism **fou
     if (!*found) {
         mechanism *one = &m->kept[m->kept_count < KEPT ? m->kept_count++ : at];
         empty(one);
-        const bool quiet = kmp_context_quiet(m->model->context, true);
+        const bool quiet = kmp_context_quiet(kmp_model_context(m->model), true);
         kempe_status status = make(m, shape, one);
-        (void)kmp_context_quiet(m->model->context, quiet);
+        (void)kmp_context_quiet(kmp_model_context(m->model), quiet);
         if (status != KEMPE_OK) { /* the last one takes its place */
             empty(one);
             mechanism *last = &m->kept[--m->kept_count];
@@ -278,7 +279,7 @@ static kempe_status leave(const grouped_run *r, int count, const double *keys, k
         result->status = status;
         made = (result->reason = kmp_strdup(reason));
     }
-    return kmp_made(r->m->model->context, made);
+    return kmp_made(kmp_model_context(r->m->model), made);
 }
 
 static kempe_status run_groups(grouped_run *r, const double *keys)
@@ -292,7 +293,7 @@ static kempe_status run_groups(grouped_run *r, const double *keys)
         while (to < r->instances &&
                memcmp(key, keys + (ptrdiff_t)to * size, (size_t)(m->shaping + 1) * sizeof *key) == 0)
             to++;
-        if (kmp_interrupted(m->model->context))
+        if (kmp_interrupted(kmp_model_context(m->model)))
             return leave(r, r->instances - from, key, KEMPE_STOPPED, "interrupted");
         status = take(m, key + 1, &one);
         if (status == KEMPE_OK)
@@ -324,7 +325,7 @@ static kempe_status run_shaped(grouped_run *r)
                                        KMP_ROOM(double, many *n, &r->group_q, &r->group_qd),
                                        KMP_ROOM(double, many * m->quantities->run.values + 1, &r->taken),
                                        KMP_ROOM(kmp_ensemble_result, many, &r->result));
-    kempe_status status = kmp_made(m->model->context, made);
+    kempe_status status = kmp_made(kmp_model_context(m->model), made);
     clear_results(r);
     if (status == KEMPE_OK)
         status = run_groups(r, keys);

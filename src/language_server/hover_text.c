@@ -3,15 +3,15 @@
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
 #include "language_server/session.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/language/expression.h"
 #include <string.h>
 
 /* The value of a parameter, with its unit. */
 static void put_value(kmp_text *text, const kempe_model *model, const char *name)
 {
-    for (int k = 0; model && k < model->parameter_count; k++) {
-        const kmp_parameter *p = &model->parameters[k];
+    for (int k = 0; model && k < kmp_model_parameter_count(model); k++) {
+        const kmp_parameter *p = kmp_model_parameter(model, k);
         if (strcmp(p->name, name) != 0)
             continue;
         kmp_text_put(text, " = ");

@@ -7,7 +7,9 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/steppers/solver.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
+#include "model/data/wheels.h"
 #include <math.h>
 #include <string.h>
 
@@ -141,8 +143,8 @@ static void take_states(kmp_convergence *found, double t, const kempe_system *sy
     const kempe_model *model = system->model;
     int first = kmp_model_coordinates(model);
     bool in_doubt = false;
-    for (int k = 0; k < model->state_count; k++) {
-        const kmp_state *state = &model->states[k];
+    for (int k = 0; k < kmp_model_state_count(model); k++) {
+        const kmp_state *state = kmp_model_state(model, k);
         int i = first + k;
         double e = state->contact > 0 ? 0 : difference_of(qd[i], other_qd[i], system->scale[i]);
         double apart = fabs(other_qd[i] - qd[i]);
@@ -274,8 +276,8 @@ static bool has_parts(const kempe_system *system, const kmp_step_counts *counts)
     long all = 0;
     for (int k = 0; k + 1 < counts->rows; k++)
         all += counts->steps[k];
-    return system->model->wheel_count > 0 && system->model->state_count == 0 && !counts->changes && counts->rows > 2 &&
-           all >= FEWEST_STEPS;
+    return kmp_model_wheel_count(system->model) > 0 && kmp_model_state_count(system->model) == 0 && !counts->changes &&
+           counts->rows > 2 && all >= FEWEST_STEPS;
 }
 
 /* The part around the steps that come after `before` of all. */
@@ -423,11 +425,11 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     other.atol *= rtol / b->spec->rtol;
     b->row = b->first;
     b->found = found;
-    memset(b->doubts, 0, (size_t)b->system->model->state_count * sizeof *b->doubts);
+    memset(b->doubts, 0, (size_t)kmp_model_state_count(b->system->model) * sizeof *b->doubts);
     kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
     /* Differences that are in doubt at the last row count. */
     int first = kmp_model_coordinates(b->system->model);
-    for (int k = 0; k < b->system->model->state_count; k++)
+    for (int k = 0; k < kmp_model_state_count(b->system->model); k++)
         if (b->doubts[k].difference > 0)
             take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference, b->doubts[k].apart);
     kmp_free(report.reason);
@@ -481,7 +483,8 @@ static void find_visible(const kempe_system *system, const kmp_run_spec *spec, c
                          double *visible)
 {
     for (int k = 0; k < system->n; k++) {
-        bool state = k >= kmp_model_coordinates(system->model), angle = !state && system->model->motions[k].rotation;
+        bool state = k >= kmp_model_coordinates(system->model),
+             angle = !state && kmp_model_motion(system->model, k)->rotation;
         double low = INFINITY, high = -INFINITY;
         for (int row = 0; row < table->rows; row++) {
             double x = kmp_samples_get(table, state ? KMP_QUANTITY_QD : KMP_QUANTITY_Q, row)[k];
@@ -524,7 +527,7 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
     while (ended && spec->time_count > 0 && b.first < table->rows && kmp_samples_time(table, b.first) < spec->times[0])
         b.first++;
     double *visible = KMP_NEW(double, system->n);
-    b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
+    b.doubts = KMP_NEW(doubt, kmp_model_state_count(system->model) + 1);
     kempe_status status = kmp_made(system->context, b.doubts && visible);
     if (status == KEMPE_OK) {
         find_visible(system, spec, table, visible);

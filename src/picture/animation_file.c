@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The moving mechanism of a run as a file: glTF for other programs, or the data of the picture of a page. */
 #include "base/file.h"
-#include "model/data/model.h"
 #include "picture/gltf_scene.h"
 #include "picture/motion_picture.h"
 #include <kempe/kempe.h>

@@ -5,12 +5,11 @@
 #include "picture/beam_stress.h"
 #include "model/data/body.h"
 #include "model/data/flexible.h"
-#include "model/data/model.h"
 #include <math.h>
 
 static int number_of(const kempe_model *model, int body)
 {
-    return model->bodies[body].flexible - 1;
+    return kmp_model_body(model, body)->flexible - 1;
 }
 
 /* The sections at the places of its curve. */
@@ -32,7 +31,7 @@ bool kmp_drawing_lengthens(const kmp_drawing *drawing, const kempe_model *model,
 /* Row c of three, times the body's coordinates. */
 static double row_product(const kempe_model *model, int body, const kmp_number *row, int c, const double *q)
 {
-    const kmp_flexible *flexible = &model->flexibles[number_of(model, body)];
+    const kmp_flexible *flexible = kmp_model_flexible(model, number_of(model, body));
     double sum = 0;
     for (int k = 0; k < flexible->count; k++)
         sum += row[c * flexible->count + k].value * q[flexible->first + k];

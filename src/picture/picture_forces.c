@@ -9,8 +9,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/gear_mesh.h"
+#include "model/data/body.h"
 #include "model/data/closure.h"
-#include "model/data/model.h"
 #include "model/data/pose.h"
 #include "picture/placed_forces.h"
 #include <math.h>
@@ -122,7 +122,7 @@ static kempe_status act(kmp_picture_forces *arrows, const kempe_system *system, 
     kmp_formulas formulas = {0};
     kmp_present_inputs inputs;
     kmp_arena room = {0};
-    kmp_pose *poses = KMP_ARENA_NEW(&room, kmp_pose, system->model->body_count);
+    kmp_pose *poses = KMP_ARENA_NEW(&room, kmp_pose, kmp_model_body_count(system->model));
     arrows->acting = KMP_ARENA_NEW(&arrows->arena, double, (ptrdiff_t)rows->rows *width + 1);
     kempe_status status =
         kmp_made(system->context, poses && arrows->acting && kmp_present_inputs_init(&inputs, &room, system->model));
@@ -157,7 +157,8 @@ kempe_status kmp_picture_forces_of_run(kmp_picture_forces *arrows, const kempe_s
     const kempe_model *model = system->model;
     KMP_TRY(list_placed(arrows, system));
     const int count = rows->rows - (locked && rows->rows > 2),
-              stride = choose_stride(count, model->body_count - 1 + model->closure_count, arrows->placed_count);
+              stride = choose_stride(count, kmp_model_body_count(model) - 1 + kmp_model_closure_count(model),
+                                     arrows->placed_count);
     kmp_samples some;
     kmp_samples_init(&some, system->n, system->m);
     kempe_status status = KEMPE_OK;
@@ -196,7 +197,7 @@ kempe_status kmp_picture_forces_of_inverse(kmp_picture_forces *arrows, const kem
         arrows->x[k] = r->t[row];
         memset(load, 0, (size_t)loads * sizeof *load);
         for (int l = 0; l < r->loops + r->joints; l++) {
-            const int place = l < r->loops ? r->loop[l] : r->system->model->closure_count + l - r->loops;
+            const int place = l < r->loops ? r->loop[l] : kmp_model_closure_count(r->system->model) + l - r->loops;
             memcpy(load + KMP_LOAD_VALUES * place, kmp_inverse_part(r, row, r->at.force + 3 * l), 3 * sizeof *load);
         }
     }
@@ -283,7 +284,8 @@ static int drawn(const kmp_drawing *drawing, int body)
 static arrow arrow_of_joint(const kmp_drawing *drawing, const kempe_model *model, const kmp_reaction *of)
 {
     arrow a = {.name = of->name, .kind = "joints", .label = "", .of = of, .peak = of->peak[0].size, .sense = 1};
-    const int point = of->closure >= 0 ? model->closures[of->closure].point[1] : model->bodies[of->body].to;
+    const int point =
+        of->closure >= 0 ? kmp_model_closure(model, of->closure)->point[1] : kmp_model_body(model, of->body)->to;
     a.at = point >= 0 ? kmp_drawing_point(drawing, model, point) : (kmp_drawn_point){.body = drawn(drawing, of->body)};
     a.body = a.at.body;
     return a;
@@ -292,7 +294,7 @@ static arrow arrow_of_joint(const kmp_drawing *drawing, const kempe_model *model
 /* At the pitch point, on the second wheel; on the first one where that is the ground. */
 static arrow arrow_of_teeth(const kmp_drawing *drawing, const kempe_model *model, const kmp_reaction *of)
 {
-    const kmp_closure *closure = &model->closures[of->closure];
+    const kmp_closure *closure = kmp_model_closure(model, of->closure);
     const int own = closure->gear->wheel[1] > 0;
     arrow a = {.name = of->name, .kind = "gears", .label = "", .of = of, .peak = of->peak[0].size};
     kmp_gear_numbers mesh;
@@ -313,9 +315,9 @@ static void choose_joints(chosen *c, const kmp_picture_forces *arrows, const kmp
         const bool closes = of->closure >= 0;
         if (of->place < 0 || !of->has[0] || of->effort || (of->body < 0 && !closes))
             continue;
-        if (closes && model->closures[of->closure].gear)
+        if (closes && kmp_model_closure(model, of->closure)->gear)
             offer(c, arrow_of_teeth(drawing, model, of));
-        else if (!closes || !model->closures[of->closure].cam || arrows->placed_count == 0)
+        else if (!closes || !kmp_model_closure(model, of->closure)->cam || arrows->placed_count == 0)
             offer(c, arrow_of_joint(drawing, model, of));
     }
 }

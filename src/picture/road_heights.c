@@ -4,7 +4,7 @@
 #include "base/arena.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/read/loads.h"
 #include "symbolic/function_table.h"
 #include <math.h>
@@ -16,7 +16,7 @@ static bool value_of(const kempe_model *model, const kmp_graph *g, int count, co
     kmp_arena room = {0};
     double *all = NULL, *times = NULL;
     bool good = KMP_ARENA_MAKE(&room, KMP_ROOM(double, kmp_graph_count(g), &all),
-                               KMP_ROOM(double, 1 + KMP_TIME_NUMBERS * model->input_count, &times));
+                               KMP_ROOM(double, 1 + KMP_TIME_NUMBERS * kmp_model_all_inputs(model), &times));
     if (good) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_TIME] = times};
         kmp_model_times(model, 0, times);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The page of a comparison: its results, and runs made once more with monitoring. */
 #include "report/comparison_page.h"
-#include "model/data/model.h"
 #include "picture/motion_picture.h"
 #include "studies/compare/compare_print.h"
 #include "studies/compare/compare_study.h"

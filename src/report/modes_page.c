@@ -4,7 +4,6 @@
 #include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
 #include "constraints/evaluation/charts.h"
-#include "model/data/model.h"
 #include "output/print.h"
 #include "picture/motion_picture.h"
 #include <math.h>

@@ -4,7 +4,7 @@
 #include "report/page.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/flexible.h"
 #include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
@@ -60,7 +60,7 @@ static void put_line(kmp_text *text, const kmp_result_page *page, const kmp_page
 {
     if (is_mark(line, "<!--TITLE-->")) {
         kmp_text_put(text, "<title>");
-        kmp_text_escape(text, page->system->model->name);
+        kmp_text_escape(text, kempe_model_name(page->system->model));
         kmp_text_printf(text, ": %s</title>\n", kind->title);
     } else if (is_mark(line, "<!--STYLE-->")) {
         put_all(text, kmp_shared_look_css);
@@ -74,7 +74,7 @@ static void put_line(kmp_text *text, const kmp_result_page *page, const kmp_page
     } else if (is_mark(line, "/*CHART*/")) {
         put_library(text, kmp_chart_min_js);
     } else if (is_mark(line, "/*SCRIPT*/")) {
-        const bool flexible = page->system->model->flexible_count > 0;
+        const bool flexible = kmp_model_flexible_count(page->system->model) > 0;
         put_scripts(text, common, flexible);
         if (flexible)
             put_all(text, kmp_scene_flexible_js);
@@ -135,7 +135,7 @@ static void put_rest(kmp_result_page *page, const kmp_page_kind *kind)
     kmp_json *json = &page->data;
     const kempe_system *s = page->system;
     kmp_json_put(json, "kempe %s model %s command %s scene %s status %s reason %s n %d m %d shown [", KEMPE_VERSION,
-                 s->model->name, kind->command, page->head.scene, kempe_outcome_text(page->head.outcome),
+                 kempe_model_name(s->model), kind->command, page->head.scene, kempe_outcome_text(page->head.outcome),
                  page->head.reason ? page->head.reason : "", s->n, s->m);
     for (int k = 0; k < page->motion.record_count; k++)
         if (page->motion.records[k].row.rows > 0)

@@ -5,7 +5,8 @@
 
 #include "constraints/evaluation/evaluator.h"
 #include "generate/compiled_equations.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
+#include "model/data/state.h"
 
 static inline double largest(int count, const double *x)
 {
@@ -32,8 +33,8 @@ static inline void take_modes(kmp_evaluator *eval, const state *s)
     eval->holds_friction = true;
     for (int k = 0; k < events->count; k++) {
         int element = 0;
-        for (const kmp_force *f = model->forces; events->condition[k].role && f != events->condition[k].of; f++)
-            element += kmp_force_has_modes(f);
+        for (int f = 0; events->condition[k].role && kmp_model_force(model, f) != events->condition[k].of; f++)
+            element += kmp_force_has_modes(kmp_model_force(model, f));
         if (events->condition[k].role)
             eval->mode[k] = s->mode[element * (KMP_ROLES_OF_ALL) + (int)events->condition[k].role - 1];
     }

@@ -7,7 +7,8 @@
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
+#include "model/data/parameter.h"
 #include "random.h"
 #include "symbolic/program.h"
 #include <string.h>
@@ -65,7 +66,7 @@ static inline int derived_list(derived *d, derived_set *set)
                                {eq->closures.hdot, m, &d->hdot},
                                {&eq->energy.potential, 1, &d->potential},
                                {&eq->energy.power, 1, &d->power},
-                               {eq->closures.reaction, 3 * eq->model->closure_count, &d->reaction},
+                               {eq->closures.reaction, 3 * kmp_model_closure_count(eq->model), &d->reaction},
                                {eq->outputs.position, 3 * eq->outputs.position_count, &d->position},
                                {eq->outputs.shown, eq->outputs.shown_count, &d->shown},
                                {eq->articulated.accelerations, n, &d->accelerations},
@@ -102,8 +103,8 @@ static inline void derived_finish(derived *d)
     d->program = kmp_program_new(d->eq.graph, 1, &total, &group);
     d->machine = kmp_machine_new(d->program, kmp_backend_find("tape"));
     kmp_free(every);
-    for (int k = 0; k < model->parameter_count && k < 8; k++)
-        d->parameters[k] = model->parameters[k].number.value;
+    for (int k = 0; k < kmp_model_parameter_count(model) && k < 8; k++)
+        d->parameters[k] = kmp_model_parameter(model, k)->number.value;
 }
 
 /* false: the model has a closure that can never be met. */

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "random_text.h"
 #include <math.h>
 
@@ -38,14 +38,18 @@ static inline void put_efforts(kmp_text *text, random_model *r, unsigned flags)
 {
     const kempe_model *model = r->model;
     for (int k = 0; k < 2; k++) {
-        effort e = {pick(model->motion_count), pick(model->motion_count), between(-3, 3), between(0, 1), between(0, 1),
+        effort e = {pick(kmp_model_motion_count(model)),
+                    pick(kmp_model_motion_count(model)),
+                    between(-3, 3),
+                    between(0, 1),
+                    between(0, 1),
                     !(flags & MODEL_DAMPING)};
-        const kmp_motion *motion = &model->motions[e.motion];
+        const kmp_motion *motion = kmp_model_motion(model, e.motion);
         kmp_text_printf(text, "  e%d: {joint: %s, %s: \"%.17g", k, motion->name, motion->rotation ? "torque" : "force",
                         e.a);
         if (!e.conservative)
             kmp_text_printf(text, "*cos(3*t) - %.17g*qd(%s) - %.17g*q(%s)", e.rate, motion->name, e.slope,
-                            model->motions[e.other].name);
+                            kmp_model_motion(model, e.other)->name);
         kmp_text_put(text, "\"}\n");
         r->efforts[r->effort_count++] = e;
     }
@@ -61,8 +65,8 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
                              unsigned flags)
 {
     if (strcmp(needs, "TERMS") == 0 || strcmp(needs, "EXPRESSION") == 0) {
-        const char *a = model->motions[pick(model->motion_count)].name;
-        const char *b = model->motions[pick(model->motion_count)].name;
+        const char *a = kmp_model_motion(model, pick(kmp_model_motion_count(model)))->name;
+        const char *b = kmp_model_motion(model, pick(kmp_model_motion_count(model)))->name;
         bool different = strcmp(a, b) != 0;
         if (needs[0] == 'T' && different)
             kmp_text_printf(text, "%s: {%s: 1.5, %s: -0.7}, equals: 0.3", name, a, b);
@@ -105,15 +109,15 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
         kmp_text_put(text, "}\n");
     }
     if (flags & MODEL_DRIVES) { /* h_t of it changes with q */
-        const char *a = model->motions[pick(model->motion_count)].name;
-        const char *b = model->motions[pick(model->motion_count)].name;
+        const char *a = kmp_model_motion(model, pick(kmp_model_motion_count(model)))->name;
+        const char *b = kmp_model_motion(model, pick(kmp_model_motion_count(model)))->name;
         kmp_text_printf(text, "  T: {constraint: \"sin(q(%s) + q(%s) + 2*t + 0.2) + 0.3*t*q(%s)^2\"}\n", a, b, a);
     }
 }
 
 static inline void put_drive(kmp_text *text, const kempe_model *model, unsigned flags)
 {
-    const kmp_motion *motion = &model->motions[pick(model->motion_count)];
+    const kmp_motion *motion = kmp_model_motion(model, pick(kmp_model_motion_count(model)));
     kmp_text_printf(text, "drives: {d: {joint: %s, %s: \"%s\"}}\n", motion->name,
                     motion->rotation ? "angle" : "displacement",
                     flags & MODEL_SYMBOLS ? "0.3*a*sin(2*t) + b*t^2 - 0.1*a*b" : "0.3*sin(2*t) + t^2 - 0.1");
@@ -169,15 +173,15 @@ static inline void pose_apply(const pose *p, const double v[3], double out[3])
         out[i] = p->x[i] + p->r[i][0] * v[0] + p->r[i][1] * v[1] + p->r[i][2] * v[2];
 }
 
-/* r <- r m */
-static inline void pose_multiply(pose *p, double m[3][3])
+/* r <- r m, with m by rows */
+static inline void pose_multiply(pose *p, const double *m)
 {
     double r[3][3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             r[i][j] = 0;
             for (int k = 0; k < 3; k++)
-                r[i][j] += p->r[i][k] * m[k][j];
+                r[i][j] += p->r[i][k] * m[3 * k + j];
         }
     memcpy(p->r, r, sizeof r);
 }
@@ -193,17 +197,17 @@ static inline void pose_turn(pose *p, const double e[3], double angle)
                 square += cross[i][k] * cross[k][j];
             turn[i][j] = (i == j) + sin(angle) * cross[i][j] + (1 - cos(angle)) * square;
         }
-    pose_multiply(p, turn);
+    pose_multiply(p, &turn[0][0]);
 }
 
-/* r <- r m' */
-static inline void pose_turn_back(pose *p, double m[3][3])
+/* r <- r m', likewise */
+static inline void pose_turn_back(pose *p, const double *m)
 {
     double back[3][3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            back[i][j] = m[j][i];
-    pose_multiply(p, back);
+            back[i][j] = m[3 * j + i];
+    pose_multiply(p, &back[0][0]);
 }
 
 static inline void number_values(const kmp_number *number, double *value)
@@ -215,19 +219,19 @@ static inline void number_values(const kmp_number *number, double *value)
 static inline void plain_poses(const kempe_model *model, const double *q, pose *p)
 {
     p[0] = (pose){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-    for (int b = 1; b < model->body_count; b++) {
-        kmp_body *body = &model->bodies[b];
+    for (int b = 1; b < kmp_model_body_count(model); b++) {
+        const kmp_body *body = kmp_model_body(model, b);
         double at[3] = {0}, slide[3];
         if (body->at >= 0)
-            number_values(model->points[body->at].at, at);
+            number_values(kmp_model_point(model, body->at)->at, at);
         p[b] = p[body->parent];
         pose_apply(&p[body->parent], at, p[b].x);
-        if (body->at >= 0 && model->points[body->at].turned)
-            pose_multiply(&p[b], model->points[body->at].axes);
+        if (body->at >= 0 && kmp_model_point(model, body->at)->turned)
+            pose_multiply(&p[b], &kmp_model_point(model, body->at)->axes[0][0]);
         if (body->turned && !body->reversed)
-            pose_multiply(&p[b], body->frame);
+            pose_multiply(&p[b], &body->frame[0][0]);
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
-            const kmp_motion *motion = &model->motions[k];
+            const kmp_motion *motion = kmp_model_motion(model, k);
             for (int i = 0; i < 3; i++)
                 slide[i] = q[k] * motion->axis[i];
             if (motion->rotation)
@@ -236,13 +240,13 @@ static inline void plain_poses(const kempe_model *model, const double *q, pose *
                 pose_apply(&p[b], slide, p[b].x);
         }
         if (body->turned && body->reversed)
-            pose_turn_back(&p[b], body->frame);
+            pose_turn_back(&p[b], &body->frame[0][0]);
         if (body->to < 0)
             continue;
-        if (model->points[body->to].turned)
-            pose_turn_back(&p[b], model->points[body->to].axes);
+        if (kmp_model_point(model, body->to)->turned)
+            pose_turn_back(&p[b], &kmp_model_point(model, body->to)->axes[0][0]);
         for (int i = 0; i < 3; i++)
-            at[i] = -model->points[body->to].at[i].value;
+            at[i] = -kmp_model_point(model, body->to)->at[i].value;
         pose_apply(&p[b], at, p[b].x);
     }
 }
@@ -250,16 +254,16 @@ static inline void plain_poses(const kempe_model *model, const double *q, pose *
 static inline void plain_point(const kempe_model *model, const pose *p, int point, double x[3])
 {
     double at[3];
-    number_values(model->points[point].at, at);
-    pose_apply(&p[model->points[point].body], at, x);
+    number_values(kmp_model_point(model, point)->at, at);
+    pose_apply(&p[kmp_model_point(model, point)->body], at, x);
 }
 
 /* v of a point's own axes, in ground axes. */
 static inline void plain_direction(const kempe_model *model, const pose *p, int point, const double v[3], double out[3])
 {
-    pose axes = p[model->points[point].body];
-    if (model->points[point].turned)
-        pose_multiply(&axes, model->points[point].axes);
+    pose axes = p[kmp_model_point(model, point)->body];
+    if (kmp_model_point(model, point)->turned)
+        pose_multiply(&axes, &kmp_model_point(model, point)->axes[0][0]);
     for (int i = 0; i < 3; i++)
         out[i] = axes.r[i][0] * v[0] + axes.r[i][1] * v[1] + axes.r[i][2] * v[2];
 }
@@ -274,37 +278,6 @@ static inline double plain_distance(const kempe_model *model, const double *q, c
     for (int k = 0; k < 3; k++)
         square += (a[k] - b[k]) * (a[k] - b[k]);
     return sqrt(square);
-}
-
-/* Welded to the ground, where its weight has no say. */
-static inline bool is_fixed(const kempe_model *model, int body)
-{
-    while (body > 0 && model->bodies[body].motion_count == 0)
-        body = model->bodies[body].parent;
-    return body == 0;
-}
-
-/* Potential energy of gravity and springs. */
-static inline double plain_potential(const kempe_model *model, const double *q)
-{
-    pose p[MODEL_MAX_BODIES];
-    double v = 0, com[3], x[3], gravity[3];
-    plain_poses(model, q, p);
-    number_values(model->gravity, gravity);
-    for (int b = 1; b < model->body_count; b++) {
-        number_values(model->bodies[b].com, com);
-        pose_apply(&p[b], com, x);
-        for (int k = 0; k < 3; k++)
-            v -= is_fixed(model, b) ? 0 : model->bodies[b].mass.value * gravity[k] * x[k];
-    }
-    for (int k = 0; k < model->force_count; k++) {
-        const kmp_force *f = &model->forces[k];
-        if (f->kind != KMP_FORCE_SPRING)
-            continue;
-        double stretch = plain_distance(model, q, f->point) - f->free_length.value;
-        v += f->stiffness.value * stretch * stretch / 2;
-    }
-    return v;
 }
 
 /* -- differences ------------------------------------------------------------------------------------- */
@@ -345,7 +318,7 @@ static inline void pose_field(void *user, const double *q, double *out)
     const kempe_model *model = ((posed *)user)->model;
     pose p[MODEL_MAX_BODIES];
     plain_poses(model, q, p);
-    memcpy(out, p, (size_t)model->body_count * sizeof *p);
+    memcpy(out, p, (size_t)kmp_model_body_count(model) * sizeof *p);
 }
 
 /* w of w~ = dr r', in body axes: r' w. */
@@ -369,9 +342,10 @@ static inline double plain_kinetic(const kempe_model *model, const double *q, co
     pose p[MODEL_MAX_BODIES], rate[MODEL_MAX_BODIES];
     double energy = 0, com[3], v[3], w[3];
     plain_poses(model, q, p);
-    difference(pose_field, &user, model->motion_count, q, qd, 12 * model->body_count, &rate[0].r[0][0]);
-    for (int b = 1; b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
+    difference(pose_field, &user, kmp_model_motion_count(model), q, qd, 12 * kmp_model_body_count(model),
+               &rate[0].r[0][0]);
+    for (int b = 1; b < kmp_model_body_count(model); b++) {
+        const kmp_body *body = kmp_model_body(model, b);
         number_values(body->com, com);
         pose_apply(&rate[b], com, v);
         spin_in_body(&p[b], &rate[b], w);

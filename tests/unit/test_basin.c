@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "dynamics/system.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "random.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
@@ -102,7 +102,7 @@ static void check_wheel(const char *profile, int expected)
             if (!(excess < 1e-14))
                 printf("%s, zone %d: %g\n", profile, zones, excess);
         }
-    CHECK(l.system && zones == l.model->wheels[0].zone_count && zones == expected);
+    CHECK(l.system && zones == kmp_model_wheel(l.model, 0)->zone_count && zones == expected);
     unload(&l);
     kmp_text_free(&all);
 }

@@ -10,6 +10,7 @@
 #include "dynamics/equations.h"
 #include "loaded.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/data/output.h"
 #include "model/data/output_table.h"
 #include "random_model.h"

@@ -2,7 +2,7 @@
 /* Joints with clearance beyond the compliant journal: a rigid journal against the digits of
  * examples/loose_pin/reference_loose_pin.py, sliders in guides against closed forms, a ball in its socket against the
  * closed form of an elastic impact. That of examples/loose_slider has equations of its own. */
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "ways.h"
 #include <kempe/check.h>
 #include <kempe/sensitivity.h>
@@ -146,7 +146,8 @@ static void check_start(const char *text, int count, const char *const *names, c
     CHECK(kempe_assembly_new(model.system, &a) == KEMPE_OK);
     for (int k = 0; a && k < count; k++) {
         int at = 0;
-        while (at < model.model->motion_count && strcmp(model.model->motions[at].name, names[k]) != 0)
+        while (at < kmp_model_motion_count(model.model) &&
+               strcmp(kmp_model_motion(model.model, at)->name, names[k]) != 0)
             at++;
         CHECK_NEAR(kempe_assembly_q(a)[at], q[k], 1e-12);
         CHECK_NEAR(kempe_assembly_qd(a)[at], qd[k], 1e-11 * 500);

@@ -6,6 +6,7 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/body.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -83,7 +84,7 @@ static void choose_methods(choice *c, int number)
 static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_method way, int number)
 {
     kmp_savings savings;
-    const size_t n = (size_t)model->motion_count;
+    const size_t n = (size_t)kmp_model_motion_count(model);
     CHECK(kmp_savings_init(&savings, model));
     memcpy(savings.stay, c->stay, n);
     memcpy(savings.about, c->about, n);

@@ -9,7 +9,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/force.h"
 #include "testing.h"
 #include <kempe/stepper.h>
 
@@ -37,7 +37,7 @@ static void each_graph_has_the_same(void)
     loaded s = load("tests/models/bounce.yaml");
     kmp_events events = {0};
     kmp_equations a = derive(&s, &events), b = derive(&s, &events);
-    const kmp_force *force = &s.model->forces[0];
+    const kmp_force *force = kmp_model_force(s.model, 0);
     kmp_ref one = KMP_ONE, difference;
     int first = events.count; /* the model's own condition */
     CHECK(first == 1);

@@ -2,7 +2,7 @@
 /* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include "refused_contacts.h"
 #include "symbolic/table_function.h"
@@ -31,8 +31,9 @@ static void cross(const double a[3], const double b[3], double c[3])
 /* The wheel of a half of the model: its joint has z, x, y, yaw and roll in this order. */
 static pose pose_of(const loaded *l, int wheel, const double *q)
 {
-    const kmp_wheel *w = &l->system->model->wheels[wheel];
-    pose p = {.wheel = w, .track = &l->system->model->tracks[w->track], .side = w->side == KMP_TRACK_LEFT ? 1 : -1};
+    const kmp_wheel *w = kmp_model_wheel(l->system->model, wheel);
+    pose p = {
+        .wheel = w, .track = kmp_model_track(l->system->model, w->track), .side = w->side == KMP_TRACK_LEFT ? 1 : -1};
     q += 6 * wheel;
     double sy = sin(q[3]), cy = cos(q[3]), sr = sin(q[4]), cr = cos(q[4]);
     const double axle[3] = {-sy * cr, cy * cr, sr}, origin[3] = {q[1], q[2], q[0]}, up[3] = {0, 0, 1};

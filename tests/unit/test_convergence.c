@@ -354,7 +354,10 @@ static void the_beginning_is_a_part(void)
     close_scene(&s);
 }
 
-/* Wheels that lift off and strike again amplify errors: the whole run is repeated, and its doubt is reported. */
+/* Wheels that lift off and strike again amplify errors: the whole run is repeated, and its doubt is reported. The two
+ * runs come apart by ten thousand times their tolerance and more; last bits decide by how much, 46 um on x86-64, 5 um
+ * on arm64.
+ */
 static void lost_contact_needs_the_whole_run(void)
 {
     scene s;
@@ -363,7 +366,7 @@ static void lost_contact_needs_the_whole_run(void)
     const int before = s.warnings;
     const kempe_run_options options = {0};
     CHECK(run(&s, &options, &jumps) == KEMPE_UNTRUSTED && s.warnings > before);
-    CHECK(of_check(jumps, "parts") == 0 && of_check(jumps, "apart") > 1e-5);
+    CHECK(of_check(jumps, "parts") == 0 && of_check(jumps, "apart") > 1e-6);
     check_json(jumps, "\"result\": \"not converged\"");
     kempe_trajectory_free(jumps);
     close_scene(&s);

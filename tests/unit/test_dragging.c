@@ -4,7 +4,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include "platform/platform.h"
 #include "sanitized.h"
 #include "workbench/dragging.h"
@@ -49,8 +49,8 @@ static void drag_at_random(const char *path)
     unsigned state = 7;
     int frames = 0, marks = 0, moved = 0;
     for (int k = 0; k < DRAGS; k++) {
-        const int body =
-            1 + (int)((kmp_walk_random(&state) + 1) / 2 * (s->model->body_count - 1)) % (s->model->body_count - 1);
+        const int body = 1 + (int)((kmp_walk_random(&state) + 1) / 2 * (kmp_model_body_count(s->model) - 1)) %
+                                 (kmp_model_body_count(s->model) - 1);
         double point[3], target[3];
         kmp_drag_report report, last = {.distance = INFINITY};
         for (int i = 0; i < 3; i++)
@@ -95,8 +95,8 @@ static void loops_stay_closed(void)
 static kmp_drag_report drag_to(kmp_dragging *d, const char *body, const double point[3], const double target[3])
 {
     kmp_drag_report report = {0};
-    int b = d->system->model->body_count - 1;
-    while (b > 0 && strcmp(d->system->model->bodies[b].name, body) != 0)
+    int b = kmp_model_body_count(d->system->model) - 1;
+    while (b > 0 && strcmp(kmp_model_body(d->system->model, b)->name, body) != 0)
         b--;
     for (int f = 0; f < 60; f++)
         kmp_dragging_move(d, b, point, target, &report);
@@ -130,7 +130,7 @@ static void reachable_targets_are_reached(void)
     CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK);
     for (int k = 0; d && k < 8; k++) {
         int platform = 1;
-        while (strcmp(d->system->model->bodies[platform].name, "platform") != 0)
+        while (strcmp(kmp_model_body(d->system->model, platform)->name, "platform") != 0)
             platform++;
         double target[3];
         for (int i = 0; i < 3; i++)
@@ -221,7 +221,7 @@ static void changes_are_marked_with_spherical_joints(void)
 static double leg_side(const kmp_dragging *d, int leg)
 {
     const int second = 7 + 3 * leg;
-    const double *e = d->system->model->motions[second + 1].axis, b = d->q[second];
+    const double *e = kmp_model_motion(d->system->model, second + 1)->axis, b = d->q[second];
     return e[2] * cos(b) - e[0] * sin(b);
 }
 
@@ -311,7 +311,7 @@ static void frames_are_short(void)
     CHECK(kmp_dragging_new(l.system, &d) == KEMPE_OK && d->watch);
     double whole = 0;
     for (int k = 0; d && k < MOVES; k++) {
-        const int body = d->system->model->body_count - 1;
+        const int body = kmp_model_body_count(d->system->model) - 1;
         const double target[3] = {40 + cos(0.3 * k), sin(0.3 * k), 0};
         kmp_drag_report report;
         const double began = kmp_cpu_now();
@@ -320,8 +320,8 @@ static void frames_are_short(void)
         CHECK(report.closure <= 1e-10);
     }
     if (d)
-        printf("  %d bodies, %d coordinates: mean frame %.2f ms\n", d->system->model->body_count - 1, d->system->n,
-               1e3 * whole / MOVES);
+        printf("  %d bodies, %d coordinates: mean frame %.2f ms\n", kmp_model_body_count(d->system->model) - 1,
+               d->system->n, 1e3 * whole / MOVES);
 #ifndef SANITIZED
     CHECK(whole / MOVES < 16e-3);
 #endif

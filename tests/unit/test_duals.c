@@ -8,6 +8,7 @@
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/tangent.h"
 #include "loaded.h"
+#include "model/data/start.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -192,7 +193,7 @@ static void many_states_are_as_few(void)
     double first[SIZE * SIZE], q[SIZE] = {0}, ud[SIZE], size = 0, worst = 0;
     CHECK(kmp_linear_init(&l, m.system, "tape") == KEMPE_OK && l.tangents.numbers);
     for (int k = 0; k < m.system->n; k++)
-        q[k] = m.model ? m.system->model->start.q[k].value : 0;
+        q[k] = m.model ? kmp_model_start(m.system->model)->q[k].value : 0;
     CHECK(kmp_linear_choose(&l, 0, q, NULL, 0) == KEMPE_OK);
     for (int k = 0; k < l.p; k++)
         ud[k] = 0.1 * k;

@@ -10,6 +10,7 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/data/output.h"
 #include "random_model.h"
 #include "symbolic/table_function.h"
@@ -144,6 +145,37 @@ static void test_kept_parameters(void)
 }
 
 /* -- against plain mechanics ---------------------------------------------------------------------------- */
+
+/* Welded to the ground, where its weight has no say. */
+static bool is_fixed(const kempe_model *model, int body)
+{
+    while (body > 0 && model->bodies[body].motion_count == 0)
+        body = model->bodies[body].parent;
+    return body == 0;
+}
+
+/* Potential energy of gravity and springs. */
+static double plain_potential(const kempe_model *model, const double *q)
+{
+    pose p[MODEL_MAX_BODIES];
+    double v = 0, com[3], x[3], gravity[3];
+    plain_poses(model, q, p);
+    number_values(model->gravity, gravity);
+    for (int b = 1; b < model->body_count; b++) {
+        number_values(model->bodies[b].com, com);
+        pose_apply(&p[b], com, x);
+        for (int k = 0; k < 3; k++)
+            v -= is_fixed(model, b) ? 0 : model->bodies[b].mass.value * gravity[k] * x[k];
+    }
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *f = &model->forces[k];
+        if (f->kind != KMP_FORCE_SPRING)
+            continue;
+        double stretch = plain_distance(model, q, f->point) - f->free_length.value;
+        v += f->stiffness.value * stretch * stretch / 2;
+    }
+    return v;
+}
 
 static void energies(int number, const random_model *r, derived *d)
 {

@@ -3,7 +3,7 @@
  * about large deflections, few shapes and fast rotation, parts of elastic energy in modes, the words of a model in
  * results. */
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/flexible.h"
 #include "studies/assembly/flexible_check.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
@@ -39,7 +39,7 @@ static void own_frequencies(void)
     for (size_t k = 0; k < sizeof list / sizeof *list; k++) {
         loaded l = load_text(list[k].text);
         kmp_flexible_spectrum s;
-        CHECK(l.model && kmp_flexible_spectrum_find(&l.model->flexibles[0], &s));
+        CHECK(l.model && kmp_flexible_spectrum_find(kmp_model_flexible(l.model, 0), &s));
         for (int i = 0; i < 2; i++) {
             const double unit = sqrt(7 / 3.0) / 4, *fixed = list[k].fixed, *free = list[k].free;
             CHECK_NEAR(s.fixed[i], fixed[i] * fixed[i] * unit, 1e-6 * s.fixed[i]);

@@ -13,6 +13,7 @@
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -2,6 +2,7 @@
 /* Included models: what they become, and that their equations are those of the model written out. */
 #include "derived.h"
 #include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "model/data/output.h"
 #include "model/data/start.h"
 #include "testing.h"

@@ -8,7 +8,6 @@
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/closure.h"
-#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include <kempe/kempe.h>
 #include <kempe/workspace.h>
@@ -51,7 +50,7 @@ static void as_drives_of(loaded m, const char *path, double t_end)
         const double *lambda = kempe_trajectory_lambda(t, row), *mine = lambda_at(r, row);
         CHECK(r->t[row] == kempe_trajectory_time(t, row));
         for (int k = 0, drive = 0, loop = 0; k < m.system->m; k++) {
-            const kmp_closure *c = &m.model->closures[m.system->rows[k].closure];
+            const kmp_closure *c = kmp_model_closure(m.model, m.system->rows[k].closure);
             bool drives = c->kind == KMP_CLOSURE_drive || c->kind == KMP_CLOSURE_lock;
             double x = drives ? tau_at(r, row)[drive++] : mine[loop++];
             worst = check_max(worst, fabs(x - lambda[k]));

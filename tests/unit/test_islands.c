@@ -5,8 +5,9 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "model/data/body.h"
 #include "model/data/islands.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include "testing.h"
 #include <math.h>
 #include <stdarg.h>
@@ -84,7 +85,7 @@ static int keep(void *user, double t, const double *q, const double *qd, const d
 static void simulate(const loaded *l, bool whole, kmp_run_log *log, run_rows *found)
 {
     double times[ROWS];
-    const double end = l->model->run.t_end;
+    const double end = kmp_model_run(l->model)->t_end;
     for (int k = 0; k < ROWS; k++)
         times[k] = end * k / (ROWS - 1);
     kmp_run_spec spec = {.formulation = "reduced",
@@ -167,9 +168,10 @@ static void rest_and_fixed(void)
     loaded l = load_text(text);
     kmp_islands *islands = NULL;
     CHECK(kmp_islands_new(l.model, &islands) == KEMPE_OK && islands->count == 3);
-    CHECK(islands->island[0].model->motion_count == 3 && islands->island[0].model->body_count == 5);
+    CHECK(kmp_model_motion_count(islands->island[0].model) == 3 && kmp_model_body_count(islands->island[0].model) == 5);
     for (int i = 1; i < 3; i++)
-        CHECK(islands->island[i].model->motion_count == 1 && islands->island[i].model->body_count == 3);
+        CHECK(kmp_model_motion_count(islands->island[i].model) == 1 &&
+              kmp_model_body_count(islands->island[i].model) == 3);
     kmp_islands_free(islands);
     static run_rows parts, whole;
     simulate(&l, false, NULL, &parts);

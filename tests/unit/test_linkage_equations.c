@@ -6,6 +6,7 @@
 #include "dynamics/equations.h"
 #include "joint_graphs.h"
 #include "model/data/body.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>

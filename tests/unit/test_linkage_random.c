@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "distance.h"
 #include "joint_graphs.h"
+#include "model/data/body.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -200,8 +201,8 @@ static unsigned chosen_tree(const random_links *g)
     unsigned tree = 0;
     put_links(&text, g, NULL);
     kempe_model *model = read_text(text.s);
-    for (int b = 1; model && b < model->body_count; b++)
-        tree |= 1u << (model->bodies[b].joint[1] - '0');
+    for (int b = 1; model && b < kmp_model_body_count(model); b++)
+        tree |= 1u << (kmp_model_body(model, b)->joint[1] - '0');
     kempe_model_free(model);
     kmp_text_free(&text);
     return tree;

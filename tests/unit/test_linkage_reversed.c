@@ -2,6 +2,7 @@
 /* Joints seen from their second body, and a body's own joint that is turned round. */
 #include "base/text.h"
 #include "joint_graphs.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -19,7 +20,7 @@ static pose between_points(const kempe_model *model, const double *q, const char
                 at[k] = p[model->points[i].body];
                 plain_point(model, p, i, at[k].x);
                 if (model->points[i].turned)
-                    pose_multiply(&at[k], model->points[i].axes);
+                    pose_multiply(&at[k], &model->points[i].axes[0][0]);
             }
     for (int i = 0; i < 3; i++) {
         d.x[i] = 0;

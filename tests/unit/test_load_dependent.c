@@ -7,7 +7,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/settings.h>
 #include <kempe/workspace.h>
@@ -138,8 +138,8 @@ static kempe_trajectory *simulate(const kempe_system *system, const way *by, dou
     run.form = by->form;
     run.integrator = by->integrator;
     run.rtol = rtol;
-    run.t_end = system->model->run.t_end;
-    run.output_step = system->model->run.output_step;
+    run.t_end = kmp_model_run(system->model)->t_end;
+    run.output_step = kmp_model_run(system->model)->output_step;
     run.no_convergence_check = 1;
     CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
     return trajectory;

@@ -3,8 +3,8 @@
  */
 #include "base/memory.h"
 #include "loaded.h"
+#include "model/data/body.h"
 #include "model/data/mesh.h"
-#include "model/data/model.h"
 #include "picture/motion_picture.h"
 #include <stdlib.h>
 
@@ -22,7 +22,7 @@ static void properties(const char *shape, double p[10])
         shape);
     loaded l = load_text_as(text, KEMPE_ROOT "/tests/models/mesh.yaml");
     if (l.model) {
-        const kmp_body *b = &l.model->bodies[1];
+        const kmp_body *b = kmp_model_body(l.model, 1);
         p[0] = b->mass.value;
         for (int k = 0; k < 3; k++)
             p[1 + k] = b->com[k].value;

@@ -6,7 +6,7 @@
 #include "analyses/equilibrium/operating.h"
 #include "analyses/modes/eigenmodes.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/data/variant.h"
 #include <complex.h>
 
@@ -70,9 +70,9 @@ static bool open_rig(rig *r, loaded m, const char *names, bool equilibrium)
     if (!r->system)
         return false;
     for (int k = 0; k < r->count; k++)
-        for (int i = 0; i < m.model->parameter_count; i++)
-            if (strcmp(m.model->parameters[i].name, r->names[k]) == 0)
-                r->values[k] = m.model->parameters[i].number.value;
+        for (int i = 0; i < kmp_model_parameter_count(m.model); i++)
+            if (strcmp(kmp_model_parameter(m.model, i)->name, r->names[k]) == 0)
+                r->values[k] = kmp_model_parameter(m.model, i)->number.value;
     CHECK(kmp_linear_init(&r->linear, r->system, "native") == KEMPE_OK);
     CHECK(kmp_slopes_new(r->system, "native", r->count, r->names, false, &r->slopes) == KEMPE_OK);
     CHECK(kmp_second_derivatives_init(&r->bend, r->system, kmp_backend_find("native"), r->count, r->names) == KEMPE_OK);

@@ -42,8 +42,9 @@ static void close_rig(rig *r)
 /* Springs whose ends a closure holds together pull nowhere. */
 static bool springs_have_length(const kempe_model *model, const double *q)
 {
-    for (int k = 0; k < model->force_count; k++)
-        if (model->forces[k].kind == KMP_FORCE_SPRING && plain_distance(model, q, model->forces[k].point) < 1e-3)
+    for (int k = 0; k < kmp_model_force_count(model); k++)
+        if (kmp_model_force(model, k)->kind == KMP_FORCE_SPRING &&
+            plain_distance(model, q, kmp_model_force(model, k)->point) < 1e-3)
             return false;
     return true;
 }

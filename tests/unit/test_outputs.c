@@ -4,6 +4,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -6,7 +6,7 @@
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include "takes_bodies.h"
 #include <kempe/cache.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ static bool choose(chosen *c, const loaded *l, int wish)
     double *q = KMP_NEW(double, l->system->n);
     bool ok = c->eval && q;
     for (int i = 0; ok && i < l->system->n; i++)
-        q[i] = l->model->start.q[i].value;
+        q[i] = kmp_model_start(l->model)->q[i].value;
     if (ok)
         kmp_eval_closure(c->eval, 0, q);
     kmp_free(q);

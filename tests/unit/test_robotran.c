@@ -10,7 +10,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "foreign_models.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include "studies/show/sets.h"
 #include <dirent.h>
 #include <math.h>
@@ -94,7 +94,7 @@ static void set_state(const kmp_equations *eq, kmp_machine *machine)
     static const double zero[3 * MOST];
     double *symbols = calloc((size_t)kmp_tree_symbol_count(&eq->tree) + 1, sizeof *symbols);
     for (int i = 1; i <= eq->n; i++) {
-        q[i - 1] = eq->model->start.q[i - 1].value + 0.05 * cos(i);
+        q[i - 1] = kmp_model_start(eq->model)->q[i - 1].value + 0.05 * cos(i);
         qd[i - 1] = 0.1 * sin(2 * i);
         qdd[i - 1] = 0.2 * cos(3 * i);
     }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ropes over sheaves and from drums: paths, tensions and motions by closed forms. */
 #include "linalg/dense/dot.h"
-#include "model/data/model.h"
 #include "model/data/rope.h"
 #include "sensitivity_of.h"
 #include "ways.h"

@@ -9,7 +9,7 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/start.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>
@@ -233,8 +233,8 @@ static bool try_rank(const loaded *l, int rank, kmp_rounding_trial *t)
     const kempe_system *s = l->system;
     double q[128];
     for (int k = 0; k < s->n; k++)
-        q[k] = s->model->start.q[k].value;
-    kmp_guess guess = {q, s->model->start.hold, 0, false, rank};
+        q[k] = kmp_model_start(s->model)->q[k].value;
+    kmp_guess guess = {q, kmp_model_start(s->model)->hold, 0, false, rank};
     kempe_assembly *a = NULL;
     CHECK(kmp_assemble_from(s, &guess, &a) == KEMPE_OK);
     *t = (kmp_rounding_trial){.rank = rank, .tolerance = s->closure_tolerance / s->length};

@@ -5,7 +5,7 @@
  * joints that close loops; what is refused, and what is named because it is not used. Drake's numbers:
  * tests/oracle/drake_models.py. */
 #include "foreign_models.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include <kempe/workspace.h>
 #include <math.h>
 
@@ -167,8 +167,8 @@ static void inertia_by_collisions(void)
     if (!model)
         return;
     const kmp_body *body = NULL;
-    for (int b = 1; b < model->body_count; b++)
-        body = strcmp(model->bodies[b].name, "c") == 0 ? &model->bodies[b] : body;
+    for (int b = 1; b < kmp_model_body_count(model); b++)
+        body = strcmp(kmp_model_body(model, b)->name, "c") == 0 ? kmp_model_body(model, b) : body;
     const double box = 24, ball = 1000 * 4 * acos(-1) / 3 * 1e-3, mass = box + ball, com = box / mass;
     const double apart = box * ball / mass, turn = 0.4 * ball * 0.01;
     CHECK(body != NULL);

@@ -6,7 +6,7 @@
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/tangent.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/data/variant.h"
 #include "random.h"
 
@@ -26,10 +26,10 @@ typedef struct rig {
 static void open_rig(rig *r, loaded m)
 {
     *r = (rig){.m = m};
-    for (int k = 0; k < m.model->parameter_count && r->count < MOST; k++)
-        if (!m.model->parameters[k].number.expr && !m.model->parameters[k].fixed) {
-            r->names[r->count] = m.model->parameters[k].name;
-            r->values[r->count++] = m.model->parameters[k].number.value;
+    for (int k = 0; k < kmp_model_parameter_count(m.model) && r->count < MOST; k++)
+        if (!kmp_model_parameter(m.model, k)->number.expr && !kmp_model_parameter(m.model, k)->fixed) {
+            r->names[r->count] = kmp_model_parameter(m.model, k)->name;
+            r->values[r->count++] = kmp_model_parameter(m.model, k)->number.value;
         }
     const kmp_backend *backend = kmp_backend_find("tape");
     CHECK(kmp_variant_new(m.model, r->count, r->names, &r->variant) == KEMPE_OK);

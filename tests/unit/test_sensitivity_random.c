@@ -7,6 +7,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "model/data/body.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/check.h>
@@ -37,10 +38,10 @@ static bool hold_all(kempe_context *context, const char *text, kmp_text *out)
         ok = kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK && part.p > 0;
         kmp_text_printf(out, "%sstart: {hold: [", text);
         for (int k = 0; k < part.p; k++)
-            kmp_text_printf(out, "%s%s", k ? ", " : "", model->motions[part.u[k]].name);
+            kmp_text_printf(out, "%s%s", k ? ", " : "", kmp_model_motion(model, part.u[k])->name);
         kmp_text_put(out, "], q: {");
         for (int k = 0; k < system->n; k++)
-            kmp_text_printf(out, "%s%s: %.17g", k ? ", " : "", model->motions[k].name, a->q[k]);
+            kmp_text_printf(out, "%s%s: %.17g", k ? ", " : "", kmp_model_motion(model, k)->name, a->q[k]);
         kmp_text_put(out, "}}\n");
     }
     kmp_partition_free(&part);

@@ -4,6 +4,7 @@
  * penetrations go with the size, forces with its square, creepages not at all. Models of 1:10 stand on rigs. */
 #include "derived.h"
 #include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/kempe.h>

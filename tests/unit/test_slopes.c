@@ -5,7 +5,8 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
+#include "model/data/start.h"
 #include "model/data/variant.h"
 #include "random.h"
 #include "testing.h"
@@ -27,18 +28,18 @@ typedef struct fixture {
 
 static double value_of(const kempe_model *m, const char *name)
 {
-    for (int k = 0; k < m->parameter_count; k++)
-        if (strcmp(m->parameters[k].name, name) == 0)
-            return m->parameters[k].number.value;
+    for (int k = 0; k < kmp_model_parameter_count(m); k++)
+        if (strcmp(kmp_model_parameter(m, k)->name, name) == 0)
+            return kmp_model_parameter(m, k)->number.value;
     return 0;
 }
 
 /* All parameters that may vary and are plain numbers, and those named. */
 static void choose_names(fixture *f, int more, const char *const *names)
 {
-    for (int k = 0; k < f->model->parameter_count && f->count < MOST - more; k++)
-        if (!f->model->parameters[k].number.expr && !f->model->parameters[k].fixed)
-            f->names[f->count++] = f->model->parameters[k].name;
+    for (int k = 0; k < kmp_model_parameter_count(f->model) && f->count < MOST - more; k++)
+        if (!kmp_model_parameter(f->model, k)->number.expr && !kmp_model_parameter(f->model, k)->fixed)
+            f->names[f->count++] = kmp_model_parameter(f->model, k)->name;
     for (int k = 0; k < more; k++)
         f->names[f->count++] = names[k];
 }
@@ -290,7 +291,7 @@ static void check_all(fixture *f)
     point x = {.t = 0.3};
     const kempe_model *m = kmp_variant_model(f->variant);
     for (int i = 0; i < f->eval->n; i++) {
-        x.q[i] = m->start.q[i].value + 0.1 * between(-1, 1);
+        x.q[i] = kmp_model_start(m)->q[i].value + 0.1 * between(-1, 1);
         x.qd[i] = between(-1, 1);
         x.qdd[i] = between(-1, 1);
     }

@@ -5,6 +5,7 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -9,7 +9,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/data/variant.h"
 #include "testing.h"
 #include <kempe/check.h>
@@ -35,9 +35,9 @@ static bool open_fixture(fixture *f, const char *path)
     *f = (fixture){.context = kempe_context_new()};
     (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
     CHECK(kempe_model_read(f->context, full, &f->model) == KEMPE_OK);
-    for (int k = 0; k < f->model->parameter_count && f->count < MOST; k++)
-        if (!f->model->parameters[k].number.expr && !f->model->parameters[k].fixed)
-            f->names[f->count++] = f->model->parameters[k].name;
+    for (int k = 0; k < kmp_model_parameter_count(f->model) && f->count < MOST; k++)
+        if (!kmp_model_parameter(f->model, k)->number.expr && !kmp_model_parameter(f->model, k)->fixed)
+            f->names[f->count++] = kmp_model_parameter(f->model, k)->name;
     CHECK(kmp_variant_new(f->model, f->count, f->names, &f->variant) == KEMPE_OK);
     CHECK(kempe_system_new(kmp_variant_model(f->variant), &f->system) == KEMPE_OK);
     CHECK(kmp_slopes_new(f->system, "native", f->count, f->names, false, &f->slopes) == KEMPE_OK);

@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "derived.h"
 #include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "model/data/wheels.h"
 #include "model/read/loads.h"
 #include "rail/wheel/patch.h"

@@ -5,7 +5,9 @@
 #include "base/memory.h"
 #include "ensemble/lanes/ensemble_inside.h"
 #include "loaded.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/parameter.h"
+#include "model/data/start.h"
 #include "random.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -31,14 +33,14 @@ typedef struct many {
 
 static inline double value_in_model(const kempe_model *m, const char *name)
 {
-    for (int k = 0; k < m->parameter_count; k++)
-        if (strcmp(m->parameters[k].name, name) == 0)
-            return m->parameters[k].number.value;
-    for (int k = 0; k < m->motion_count; k++) {
-        if (strncmp(name, "q.", 2) == 0 && strcmp(m->motions[k].name, name + 2) == 0)
-            return m->start.q[k].value;
-        if (strncmp(name, "qd.", 3) == 0 && strcmp(m->motions[k].name, name + 3) == 0)
-            return m->start.qd[k].value;
+    for (int k = 0; k < kmp_model_parameter_count(m); k++)
+        if (strcmp(kmp_model_parameter(m, k)->name, name) == 0)
+            return kmp_model_parameter(m, k)->number.value;
+    for (int k = 0; k < kmp_model_motion_count(m); k++) {
+        if (strncmp(name, "q.", 2) == 0 && strcmp(kmp_model_motion(m, k)->name, name + 2) == 0)
+            return kmp_model_start(m)->q[k].value;
+        if (strncmp(name, "qd.", 3) == 0 && strcmp(kmp_model_motion(m, k)->name, name + 3) == 0)
+            return kmp_model_start(m)->qd[k].value;
     }
     return NAN;
 }
@@ -54,7 +56,7 @@ static inline many gather_from(kempe_context *context, kempe_model *model, const
     }
     while (names[x.columns])
         x.columns++;
-    x.n = model->motion_count;
+    x.n = kmp_model_motion_count(model);
     CHECK(x.n <= 100);
     for (int i = 0; i < COUNT; i++)
         for (int k = 0; k < x.columns; k++)

@@ -12,7 +12,6 @@
 #include "dynamics/choose_variants.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/factors.h"
-#include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include <kempe/derivatives.h>
 #include <math.h>

@@ -7,7 +7,7 @@
 #include "analyses/dense/exponential.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -20,8 +20,8 @@ bool kmp_state_is_sampled(const kmp_state *state)
 
 bool kmp_samples_in(const kempe_model *model)
 {
-    for (int k = 0; k < model->state_count; k++)
-        if (kmp_state_is_sampled(&model->states[k]))
+    for (int k = 0; k < kmp_model_state_count(model); k++)
+        if (kmp_state_is_sampled(kmp_model_state(model, k)))
             return true;
     return false;
 }

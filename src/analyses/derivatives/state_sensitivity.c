@@ -4,7 +4,8 @@
 #include "analyses/derivatives/state_sensitivity.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/state.h"
 #include <float.h>
 #include <math.h>
 
@@ -97,7 +98,7 @@ static bool solve(kmp_state_sensitivity *s, const kmp_linear *l, int rank, const
 /* Takes the solution x (p) into the change: of u, of the rates of states, or of accelerations. */
 static void take(kmp_state_sensitivity *s, const kmp_linear *l, bool equilibrium, const double *x, kmp_change *change)
 {
-    if (!equilibrium || l->system->model->state_count == 0) {
+    if (!equilibrium || kmp_model_state_count(l->system->model) == 0) {
         *(equilibrium ? &change->u : &change->udd) = x;
         return;
     }
@@ -144,13 +145,14 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
         double *x = sensitivity_of_state->side + sensitivity_of_state->n;
         if (!solve(sensitivity_of_state, linear, rank, response.residual, x)) {
             const double *pivots = sensitivity_of_state->pivots;
-            return kmp_fail(linear->system->context, KEMPE_E_FAILED,
-                            "the equilibrium has no derivative with respect to '%s', which changes the force along "
-                            "'%s', a motion without restraint (%d independent coordinates, %d restrained, stiffness "
-                            "ratio %.3g): lock the coordinate",
-                            sensitivity_of_state->names[k],
-                            linear->system->model->motions[linear->part.u[sensitivity_of_state->c[rank]]].name,
-                            linear->p, rank, pivots[0] > 0 ? pivots[rank] / pivots[0] : 0.0);
+            return kmp_fail(
+                linear->system->context, KEMPE_E_FAILED,
+                "the equilibrium has no derivative with respect to '%s', which changes the force along "
+                "'%s', a motion without restraint (%d independent coordinates, %d restrained, stiffness "
+                "ratio %.3g): lock the coordinate",
+                sensitivity_of_state->names[k],
+                kmp_model_motion(linear->system->model, linear->part.u[sensitivity_of_state->c[rank]])->name, linear->p,
+                rank, pivots[0] > 0 ? pivots[rank] / pivots[0] : 0.0);
         }
         take(sensitivity_of_state, linear, equilibrium, x, &change);
         kmp_linear_follow(linear, &change, &response);

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
 #include <kempe/derivatives.h>
 #include <math.h>
 #include <string.h>
@@ -172,13 +172,13 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
     }
     KMP_TRY(kmp_derivatives_prepared(ws));
     const kempe_model *model = ws->system->model;
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].next || model->states[k].delayed) {
+    for (int k = 0; k < kmp_model_state_count(model); k++)
+        if (kmp_model_state(model, k)->next || kmp_model_state(model, k)->delayed) {
             (void)kmp_workspace_fail(
                 ws,
                 "steps do not exist for models with samples, events of states or delays, as of state "
                 "'%s': use a stepper",
-                model->states[k].name);
+                kmp_model_state(model, k)->name);
             return KEMPE_E_ARGUMENT;
         }
     if (ws->friction.self) {

@@ -14,7 +14,7 @@
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/steppers/ode.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include <math.h>
 #include <string.h>
 
@@ -35,7 +35,7 @@ enum { MOST_COORDINATES = 512 };
 bool kmp_varied_lanes_suit(const kempe_system *system)
 {
     bool registers = kmp_code_form_of(8) != 0;
-    return registers && !system->force && system->load_row_count == 0 && system->model->delay_count == 0 &&
+    return registers && !system->force && system->load_row_count == 0 && kmp_model_delay_count(system->model) == 0 &&
            system->n <= MOST_COORDINATES;
 }
 

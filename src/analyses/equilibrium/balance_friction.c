@@ -7,7 +7,9 @@
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -78,7 +80,7 @@ static kmp_rest_word march(walk *w, double direction)
 {
     const kempe_system *s = w->l->system;
     double size = s->scale[w->coordinate], begin = w->q[w->coordinate], step = FIRST * size, part = 0, now;
-    double far = s->model->motions[w->coordinate].rotation ? TURN : FAR * size;
+    double far = kmp_model_motion(s->model, w->coordinate)->rotation ? TURN : FAR * size;
     while (w->status == KEMPE_OK && fabs(w->q[w->coordinate] - begin) < far) {
         double next = w->q[w->coordinate] + direction * step;
         if (!go(w, next, &now)) {
@@ -200,8 +202,8 @@ static kempe_status find_rest_sets(kmp_linear *linear, kmp_friction_state *frict
 static const char *unit_of(const kempe_model *model, const kmp_friction_view *view)
 {
     const kmp_force *element = view->element;
-    bool turns =
-        element->motion >= 0 ? model->motions[element->motion].rotation : model->closures[element->closure].power == 0;
+    bool turns = element->motion >= 0 ? kmp_model_motion(model, element->motion)->rotation
+                                      : kmp_model_closure(model, element->closure)->power == 0;
     return turns ? "N m" : "N";
 }
 

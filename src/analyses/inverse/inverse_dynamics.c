@@ -9,8 +9,9 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>
@@ -36,7 +37,7 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
         v->weight[k] = weight ? weight[k] : 1;
     }
     for (int r = 0; r < s->m; r++)
-        v->left_out[r] = kmp_closure_is_drive(&s->model->closures[s->rows[r].closure]);
+        v->left_out[r] = kmp_closure_is_drive(kmp_model_closure(s->model, s->rows[r].closure));
     return KEMPE_OK;
 }
 
@@ -76,7 +77,7 @@ static kempe_status make_tangent(kmp_inverse *v, double t)
     kmp_eval_mask(v->eval, v->left_out, v->masked);
     KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
     int p = v->p = v->part.p;
-    v->freedoms = p - v->system->model->state_count;
+    v->freedoms = p - kmp_model_state_count(v->system->model);
     if (!KMP_ARENA_MAKE(&v->choices, KMP_ROOM(double, p *p, &v->gram, &v->inner),
                         KMP_ROOM(double, p * v->a, &v->matrix), KMP_ROOM(double, p, &v->reach, &v->choice, &v->left)) ||
         !kmp_singular_init(&v->svd, &v->choices, p, v->a))

@@ -11,8 +11,10 @@
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 #include "model/data/closure_table.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -174,7 +176,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
         g->given[k] = true;
     /* Drives of coordinates in the table are ignored. */
     for (int r = 0; r < g->m; r++) {
-        const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
+        const kmp_closure *closure = kmp_model_closure(g->system->model, g->system->rows[r].closure);
         g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
     }
     g->eval->left_out = g->left_out;
@@ -200,7 +202,7 @@ void kmp_prescribed_motion_free(kmp_prescribed_motion *prescribed)
 
 static const char *name_of(const kmp_prescribed_motion *g, int coordinate)
 {
-    return g->system->model->motions[coordinate].name;
+    return kmp_model_motion(g->system->model, coordinate)->name;
 }
 
 static kempe_status fail_undetermined(const kmp_prescribed_motion *g, int count, const int *free_ones)
@@ -341,7 +343,8 @@ static void note_off(kmp_prescribed_motion *g)
 static kempe_status renew(kmp_prescribed_motion *g)
 {
     int v, u;
-    if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count + g->system->model->state_count == g->part.p) ||
+    if (g->part.p == 0 || g->at_rest ||
+        (g->motion && g->motion->count + kmp_model_state_count(g->system->model) == g->part.p) ||
         kmp_reduction_growth(&g->red, &v, &u) < KMP_EXCHANGE_LED)
         return KEMPE_OK;
     return choose(g, g->t, g->q);

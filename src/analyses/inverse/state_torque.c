@@ -10,8 +10,8 @@
 #include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
 #include "linalg/dense/dot.h"
+#include "model/data/body.h"
 #include "model/data/coordinates.h"
-#include "model/data/model.h"
 #include <kempe/inverse.h>
 #include <math.h>
 #include <string.h>
@@ -100,7 +100,8 @@ static kempe_status judge(kempe_workspace *ws, const kmp_inverse *v, double t)
         ws,
         "the actuators cannot produce these accelerations: %.6g %s on '%s' are not balanced at t = "
         "%.9g s; they act on %d of %d degrees of freedom",
-        v->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name, t, v->rank, v->freedoms);
+        v->left[most], kmp_model_motion(model, u)->rotation ? "N m" : "N", kmp_model_motion(model, u)->name, t, v->rank,
+        v->freedoms);
 }
 
 kempe_status kempe_workspace_actuator_forces(kempe_workspace *ws, double t, const double *q, const double *qd,

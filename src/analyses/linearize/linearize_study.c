@@ -7,7 +7,8 @@
 #include "analyses/parts/study_print.h"
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/parameter.h"
 #include "model/read/loads.h"
 #include "output/named_arrays.h"
 #include "output/print.h"
@@ -61,7 +62,7 @@ static kempe_status make_first_order(kempe_linearization *l)
     return kmp_fail(system->context, KEMPE_E_FAILED,
                     "no state-space model exists, because the reduced mass is not positive along '%s': give every body "
                     "that moves along it a mass (kempe response needs no such model)",
-                    system->model->motions[l->channels.linear.part.u[failed - 1]].name);
+                    kmp_model_motion(system->model, l->channels.linear.part.u[failed - 1])->name);
 }
 
 /* The second-order matrices, without the rows and columns of constant states and delays; what delayed signals do is a
@@ -140,7 +141,7 @@ static bool name_delays(kempe_linearization *l, const int *delay)
     d->unit = KMP_ARENA_NEW(arena, char *, d->count);
     for (int k = 0; !arena->failed && k < d->count; k++) {
         const int motion = t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p];
-        d->name[k] = kmp_arena_printf(arena, "delay(%s)", model->motions[motion].name);
+        d->name[k] = kmp_arena_printf(arena, "delay(%s)", kmp_model_motion(model, motion)->name);
         d->unit[k] = kmp_arena_strdup(arena, "");
         l->delay[k] = delay_of(l, delay[k]);
     }
@@ -186,7 +187,7 @@ static kempe_status open_delays(kempe_linearization *l)
     double *a, *b, *c, *d, *y;
     l->y = t->value;
     l->width = width;
-    if (l->channels.system->model->delay_count == 0)
+    if (kmp_model_delay_count(l->channels.system->model) == 0)
         return KEMPE_OK;
     KMP_TRY(kmp_made(context,
                      KMP_ARENA_MAKE(arena, KMP_ROOM(int, width, &kept, &delay), KMP_ROOM(double, width, &l->delay))));
@@ -243,7 +244,7 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
         status = kmp_refuse_delays(system->model, "linear equations of models with samples", KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
         status = kmp_channels_init(&l->channels, system, &requested);
-    if (status == KEMPE_OK && system->model->delay_count > 0 && !l->channels.rests)
+    if (status == KEMPE_OK && kmp_model_delay_count(system->model) > 0 && !l->channels.rests)
         status = kmp_fail(system->context, KEMPE_E_ARGUMENT,
                           "the start is not an equilibrium, and linear equations with delays need a past at rest: take "
                           "the state 'equilibrium'");
@@ -332,7 +333,7 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
         kmp_arrays_matrix(&arrays, "delay_times", l->delays.count, KMP_ARRAY_VECTOR, l->delay);
     }
     for (int k = 0; coordinates && k < n; k++)
-        coordinates[k] = (char *)system->model->motions[k].name; /* read only */
+        coordinates[k] = (char *)kmp_model_motion(system->model, k)->name; /* read only */
     if (coordinates)
         kmp_arrays_words(&arrays, "coordinates", n, coordinates);
     kmp_arrays_matrix(&arrays, "q", n, KMP_ARRAY_VECTOR, c->at->q);

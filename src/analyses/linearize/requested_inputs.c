@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/linearize/requested_inputs.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/language/nearest.h"
 #include "model/read/read_outputs.h"
 #include "model/read/read_values.h"
@@ -89,7 +89,7 @@ kempe_status kmp_requested_inputs_read(const kempe_model *model, const char *wor
         bool ok = read.input;
         for (int k = 0; ok && k < a.count; k++)
             ok = add_word(&a, &read, a.word[k]);
-        status = ok ? KEMPE_OK : kmp_fail_memory(model->context);
+        status = ok ? KEMPE_OK : kmp_fail_memory(kmp_model_context(model));
     }
     status = kmp_request_end(&a, status);
     if (status == KEMPE_OK)

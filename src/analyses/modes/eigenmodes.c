@@ -10,7 +10,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "output/print.h"
 #include <complex.h>
 #include <float.h>
@@ -264,7 +264,7 @@ static kempe_status solve_delayed(kmp_modes *s, const kmp_linear *l, bool brief)
 
 static kempe_status solve_all(kmp_modes *s, const kmp_linear *l, bool brief)
 {
-    if (l->system->model->delay_count > 0)
+    if (kmp_model_delay_count(l->system->model) > 0)
         return solve_delayed(s, l, brief);
     KMP_TRY(kmp_made(s->system->context, make_room(s)));
     if (s->z_re) {

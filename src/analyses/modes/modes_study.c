@@ -5,8 +5,9 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/body.h"
 #include "model/data/coordinates.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "platform/platform.h"
@@ -40,8 +41,8 @@ static double apart(const kempe_system *system, const double *a, const double *b
 {
     double most = 0;
     for (int i = 0; i < system->n; i++) {
-        double d =
-            system->model->motions[i].rotation ? remainder(a[i] - b[i], 2 * acos(-1)) : (a[i] - b[i]) / system->length;
+        double d = kmp_model_motion(system->model, i)->rotation ? remainder(a[i] - b[i], 2 * acos(-1))
+                                                                : (a[i] - b[i]) / system->length;
         if (fabs(d) > most) {
             most = fabs(d);
             *at = i;
@@ -62,12 +63,12 @@ static void compare_with_own(const kempe_modes *m, double own)
         double step = apart(s, low, high, &i), away = fmin(apart(s, low, m->q, &i), apart(s, high, m->q, &i));
         if ((l->value[k] - own) * (l->value[k + 1] - own) > 0 || away <= KMP_OTHER_BRANCH * step + KMP_SAME_STATE)
             continue;
-        kmp_shown as = kmp_shown_as(s->context, s->model->motions[i].rotation ? "rad" : "m");
+        kmp_shown as = kmp_shown_as(s->context, kmp_model_motion(s->model, i)->rotation ? "rad" : "m");
         kmp_log(s->context, KEMPE_LOG_WARNING,
                 "the sweep follows the equilibrium at %s = %g, and passes the model's value %g at another one: '%s' is "
                 "%.4g instead of %.4g %s; sweep from the model's value",
-                m->name, l->value[0], own, s->model->motions[i].name, as.factor * high[i], as.factor * m->q[i],
-                as.unit);
+                m->name, l->value[0], own, kmp_model_motion(s->model, i)->name, as.factor * high[i],
+                as.factor * m->q[i], as.unit);
         return;
     }
 }
@@ -106,7 +107,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     }
     int parameter = own.name ? kmp_parameter_find(m->system->model, own.name) : -1;
     if (status >= 0 && parameter >= 0 && m->family->state->equilibrium)
-        compare_with_own(m, m->system->model->parameters[parameter].number.value);
+        compare_with_own(m, kmp_model_parameter(m->system->model, parameter)->number.value);
     kmp_operating_family_free(family);
     return status;
 }

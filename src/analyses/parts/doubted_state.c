@@ -2,7 +2,6 @@
 #include "analyses/parts/doubted_state.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/state_ends.h"
-#include "model/data/model.h"
 
 void kmp_eval_doubt_state(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                           const double *lambda, bool forces, const double *shown)

@@ -3,6 +3,7 @@
 #include "analyses/parts/ranges.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/language/expression.h"
 #include "model/language/expression_dimension.h"

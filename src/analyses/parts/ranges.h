@@ -3,7 +3,6 @@
 #pragma once
 
 #include "base/context.h"
-#include "model/data/model.h"
 #include "model/language/dimension.h"
 
 typedef struct kmp_range {

@@ -3,7 +3,6 @@
 #include "analyses/parts/study_print.h"
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
-#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
@@ -297,7 +296,7 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
     phase.axis[0].name = "frequency, Hz";
     phase.axis[1] = (kmp_axis){.name = "phase, degrees", .low = -180, .high = 180, .exact = true, .tick = 90};
     kmp_picture_begin(text, WIDTH, below + LINE * (drawn + (all > drawn)), "");
-    kmp_plot_begin(&amplitude, "%s", r->channels.system->model->name);
+    kmp_plot_begin(&amplitude, "%s", kempe_model_name(r->channels.system->model));
     draw_curves(&amplitude, r, drawn, false, room);
     kmp_plot_end(&amplitude);
     kmp_plot_begin(&phase, "%s", "");

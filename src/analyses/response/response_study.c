@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -460,7 +460,7 @@ static kempe_status run_over_frequencies(kmp_frequency *f)
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }
-    bool endless = l->system->model->delay_count > 0; /* the poles of delays are */
+    bool endless = kmp_model_delay_count(l->system->model) > 0; /* the poles of delays are */
     kempe_status status = endless ? KEMPE_OK : f->phi ? find_sampled_poles(f) : kmp_linear_spectrum(l, &f->poles);
     f->has_spectrum = status == KEMPE_OK && !endless;
     if (status == KEMPE_E_MEMORY)
@@ -602,7 +602,7 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
             c->system->context, KEMPE_E_FAILED,
             "%s: the start is not an equilibrium (%.1e of the forces unbalanced, or changing with the motion); use an "
             "equilibrium (--at equilibrium) or a steady motion (--at 'equilibrium NAME=RATE')",
-            c->system->model->name, c->residual);
+            kempe_model_name(c->system->model), c->residual);
     /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
     for (int k = 0; k < c->inputs.count; k++)
         if (kmp_transfer_moves_closures(&c->transfer, k))

@@ -5,7 +5,7 @@
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/flow.h>
@@ -33,21 +33,23 @@ static kempe_status check_times(kempe_context *context, int count, const double 
 kempe_status kempe_flow_new(const kempe_model *model, const kempe_flow_options *options, int count, const double *t,
                             kempe_flow **flow)
 {
-    KMP_WANTED_BOTH(model, flow);
-    KMP_WANTED(model->context, t, "t");
-    KMP_OPTIONS(model->context, kempe_flow_options, options);
-    KMP_TRY(check_times(model->context, count, t));
+    KMP_WANTED(NULL, model, "model");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, flow, "flow");
+    KMP_WANTED(context, t, "t");
+    KMP_OPTIONS(context, kempe_flow_options, options);
+    KMP_TRY(check_times(context, count, t));
     if (options->run && (options->run->t_end != 0 || options->run->output_step != 0))
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "a flow has values at the times t and ends at the last one: give no %s",
                         options->run->t_end != 0 ? "t_end" : "output_step");
     const kempe_run_options none = {0}, *run = options->run;
-    KMP_OPTIONS(model->context, kempe_run_options, run);
-    KMP_TRY(kmp_run_options_check(model->context, run, KMP_STUDY_FLOW));
+    KMP_OPTIONS(context, kempe_run_options, run);
+    KMP_TRY(kmp_run_options_check(context, run, KMP_STUDY_FLOW));
     const kempe_sensitivity_options ask = {
         .parameters = options->variables, .outputs = options->outputs, .run = options->run ? options->run : &none};
-    KMP_MAKE(model->context, kempe_flow, f);
-    f->context = model->context;
+    KMP_MAKE(context, kempe_flow, f);
+    f->context = context;
     f->count = count;
     kempe_status status = kmp_slope_runs_new(model, &ask, count, t, false, &f->runs);
     return KMP_GIVE_OR_FREE(status, flow, f, kempe_flow_free);

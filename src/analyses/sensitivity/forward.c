@@ -13,8 +13,8 @@
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
-#include "model/data/model.h"
 #include "model/data/run_settings.h"
+#include "model/data/state.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -766,7 +766,7 @@ static void note_reset(void *user, int count, const bool *taken, const int *cond
 int kmp_state_of_sample(const kempe_model *model, int sample)
 {
     for (int k = 0;; k++)
-        if (model->states[k].next && sample-- == 0)
+        if (kmp_model_state(model, k)->next && sample-- == 0)
             return k;
 }
 
@@ -884,8 +884,8 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                  .n = varied->n,
                                  .m = varied->m,
                                  .count = options->alone ? 0 : varied->count};
-    for (int k = 0; k < f.system->model->state_count; k++)
-        f.samples += f.system->model->states[k].next != NULL;
+    for (int k = 0; k < kmp_model_state_count(f.system->model); k++)
+        f.samples += kmp_model_state(f.system->model, k)->next != NULL;
     f.integrals = options->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);

@@ -6,7 +6,7 @@
 #include "analyses/sensitivity/forward_delays.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -73,7 +73,7 @@ int kmp_forward_halt_at_event(kmp_forward_formulation *f, int sample, double t)
         f,
         "the state '%s' changes at t = %.9g together with an event whose time depends on parameters: the motion "
         "has no derivative with respect to them there",
-        model->states[kmp_state_of_sample(model, sample)].name, t);
+        kmp_model_state(model, kmp_state_of_sample(model, sample))->name, t);
 }
 
 bool kmp_forward_same_swing(int count, const double *a, const double *b)

@@ -12,7 +12,9 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
+#include "model/data/start.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -47,7 +49,7 @@ struct kmp_forward_delays {
 
 static const kmp_state *state_of(const kmp_forward_formulation *f, int k)
 {
-    return &f->system->model->states[f->delays->state[k]];
+    return kmp_model_state(f->system->model, f->delays->state[k]);
 }
 
 /* The coordinate whose rate is the state of a delay. */
@@ -72,7 +74,7 @@ static const kmp_present_inputs *inputs_of(const kmp_forward_formulation *f)
 bool kmp_forward_delays_make(kmp_forward_formulation *f)
 {
     const kempe_model *model = f->system->model;
-    const int count = model->delay_count, all = count * f->count;
+    const int count = kmp_model_delay_count(model), all = count * f->count;
     if (count == 0 || f->count == 0)
         return true;
     kmp_forward_delays *x = f->delays = KMP_ARENA_NEW(&f->arena, kmp_forward_delays, 1);
@@ -83,8 +85,8 @@ bool kmp_forward_delays_make(kmp_forward_formulation *f)
         return false;
     x->parameters = f->count;
     x->t = NAN;
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].delayed)
+    for (int k = 0; k < kmp_model_state_count(model); k++)
+        if (kmp_model_state(model, k)->delayed)
             x->state[x->count++] = k;
     x->past = kmp_past_new(all);
     return x->past;
@@ -250,7 +252,7 @@ static void begin_states(kmp_forward_formulation *f, double t)
             for (int k = 0; k < x->count; k++) {
                 const kmp_state *state = state_of(f, k);
                 const int motion = motion_of(f, k);
-                bool given = state->began || f->system->model->start.qd[motion].expr != state->start.expr;
+                bool given = state->began || kmp_model_start(f->system->model)->qd[motion].expr != state->start.expr;
                 dqd[motion] = state->before || given ? dqd[motion] : x->row[k];
             }
         }

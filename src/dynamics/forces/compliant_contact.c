@@ -21,8 +21,8 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/body.h"
 #include "model/data/force.h"
-#include "model/data/model.h"
 #include "model/language/expression.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
@@ -102,7 +102,7 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int c
                   const kmp_ref *size)
 {
     kmp_graph *g = tree->graph;
-    int n = tree->model->motion_count;
+    int n = kmp_model_motion_count(tree->model);
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, count * n);
     if (slope)
         kmp_partials_all(g, count, against, KMP_IN_QD, n, slope);

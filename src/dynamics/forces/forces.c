@@ -7,7 +7,8 @@
 #include "dynamics/forces/law.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/force.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width)         kmp_law_##name,
@@ -144,12 +145,13 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
     kinked.conditions.kinks = kinked.conditions.watches = true;
     *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
     forces->applied = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
-    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, model->motion_count + 1);
-    forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
-    for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
-        if (!alone || alone == &model->forces[k])
-            law_of(model->forces[k].kind)(forces, &kinked, &model->forces[k], energy,
-                                          forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, kmp_model_motion_count(model) + 1);
+    forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * kmp_model_force_count(model));
+    for (int k = 0; !kmp_graph_failed(tree->graph) && k < kmp_model_force_count(model); k++)
+        if (!alone || alone == kmp_model_force(model, k)) {
+            const kmp_force *force = kmp_model_force(model, k);
+            law_of(force->kind)(forces, &kinked, force, energy, forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+        }
     for (int i = 1; !alone && !kmp_graph_failed(tree->graph) && i < tree->count; i++)
         if (tree->links[i].deformation)
             add_elastic(forces, tree, tree->links[i].deformation, energy);

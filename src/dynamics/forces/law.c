@@ -7,9 +7,9 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/body.h"
 #include "model/data/force.h"
 #include "model/data/force_table.h"
-#include "model/data/model.h"
 #include "model/data/state.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
@@ -94,7 +94,7 @@ static void apply_along(kmp_forces *forces, const kmp_tree *tree, const kmp_forc
         return;
     }
     const kmp_input_kind by = kmp_friction_slopes_of(tree, force, &of);
-    const int count = kmp_gradient(tree->graph, of, by, tree->model->motion_count, &motion, &slope);
+    const int count = kmp_gradient(tree->graph, of, by, kmp_model_motion_count(tree->model), &motion, &slope);
     for (int i = 0; i < count; i++)
         if (slope[i] != KMP_ZERO)
             kmp_apply_effort(forces, tree, motion[i], kmp_mul(tree->graph, slope[i], effort));

@@ -5,7 +5,7 @@
 #include "dynamics/formalisms/flexible_body.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 
 /* Row e of a deformation: slope' row of its fields. */
 static kmp_ref of_coordinate(kmp_graph *g, const kmp_deformation *d, int e, const kmp_ref *row)
@@ -111,7 +111,7 @@ void kmp_flexible_column(const kmp_tree *tree, const kmp_deformation *d, const k
 
 static kmp_ref *mass_entry(const kmp_tree *tree, kmp_ref *m, int i, int k)
 {
-    const int n = tree->model->motion_count;
+    const int n = kmp_model_motion_count(tree->model);
     return i > k ? &m[i * n + k] : &m[k * n + i];
 }
 

@@ -5,7 +5,9 @@
 #include "dynamics/formalisms/flexible_body.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/flexible.h"
+#include "model/data/state.h"
 #include "symbolic/graph.h"
 #include "symbolic/label.h"
 
@@ -198,7 +200,7 @@ static void to_coordinates(const kmp_tree *tree, int i, kmp_wrench *w, const kmp
 /* The coordinates of flexible bodies have no force yet. */
 static void clear_elastic(const kmp_tree *tree, kmp_ref *effort)
 {
-    for (int k = 0; k < tree->model->motion_count; k++)
+    for (int k = 0; k < kmp_model_motion_count(tree->model); k++)
         if (tree->of_motion[k] == 0)
             effort[k] = KMP_ZERO;
 }
@@ -222,7 +224,7 @@ kmp_wrench kmp_newton_euler_part(const kmp_tree *tree, const kmp_deformation *pa
                                  const kmp_link_motion *m)
 {
     kmp_wrench w = composite_wrench(tree->graph, &part->whole, m);
-    kmp_ref *effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->model->motion_count);
+    kmp_ref *effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, kmp_model_motion_count(tree->model));
     if (effort)
         kmp_flexible_wrench(tree, part, qdd, m, &w, effort);
     return w;
@@ -306,7 +308,7 @@ static kmp_wrench column_wrench(const kmp_tree *tree, int i, column c)
  * entries M[k, h] equal M[h, k]. */
 static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, kmp_ref *m)
 {
-    int n = tree->model->motion_count, of_k = tree->links[k].motion;
+    int n = kmp_model_motion_count(tree->model), of_k = tree->links[k].motion;
     const column still = {kmp_vec_zero(), kmp_vec_zero()};
     for (int i = k; i < tree->count; i++) {
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
@@ -339,7 +341,7 @@ static void clear(kmp_ref *m, int count)
 /* Each column by one product, of which half is not needed. */
 static void mass_by_products(const kmp_tree *tree, kmp_ref *m)
 {
-    const int n = tree->model->motion_count;
+    const int n = kmp_model_motion_count(tree->model);
     kmp_ref *x = KMP_GRAPH_NEW(tree->graph, kmp_ref, n), *entry = KMP_GRAPH_NEW(tree->graph, kmp_ref, n);
     for (int k = 0; x && entry && k < n; k++) {
         x[k] = KMP_ONE;
@@ -352,11 +354,11 @@ static void mass_by_products(const kmp_tree *tree, kmp_ref *m)
 
 void kmp_mass_ner(const kmp_tree *tree, kmp_ref *m)
 {
-    int n = tree->model->motion_count;
+    int n = kmp_model_motion_count(tree->model);
     column *c = KMP_GRAPH_NEW(tree->graph, column, tree->count);
     kmp_wrench *w = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
     clear(m, n * n);
-    if (tree->model->flexible_count > 0) {
+    if (kmp_model_flexible_count(tree->model) > 0) {
         mass_by_products(tree, m);
         return;
     }
@@ -428,7 +430,7 @@ kmp_wrench kmp_unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
 
 void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
 {
-    int n = tree->model->motion_count;
+    int n = kmp_model_motion_count(tree->model);
     kmp_composite *c = KMP_GRAPH_NEW(tree->graph, kmp_composite, tree->count);
     clear(m, n * n);
     for (int i = 1; c && i < tree->count; i++)
@@ -490,7 +492,7 @@ kmp_ref kmp_kinetic_energy(const kmp_tree *tree)
 {
     kmp_graph *g = tree->graph;
     kmp_vec *v = KMP_GRAPH_NEW(g, kmp_vec, tree->count), *w = KMP_GRAPH_NEW(g, kmp_vec, tree->count);
-    const int count = tree->count - tree->model->state_count;
+    const int count = tree->count - kmp_model_state_count(tree->model);
     kmp_ref sum = KMP_ZERO;
     if (!v || !w)
         return sum;

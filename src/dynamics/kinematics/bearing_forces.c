@@ -4,18 +4,19 @@
 #include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
 
 /* As the model gives it, in ground axes. */
 static kmp_vec axis_of(const kmp_tree *tree, const kmp_bearing_pair *pair)
 {
     const kempe_model *model = tree->model;
     if (pair->closure >= 0) {
-        const kmp_closure *closure = &model->closures[pair->closure];
+        const kmp_closure *closure = kmp_model_closure(model, pair->closure);
         return kmp_point_direction(tree, closure->point[0], closure->axis[0], 0);
     }
     const int link = tree->of_motion[kmp_pin_motion(model, pair->body)];
-    const bool against = tree->links[link].reversed != model->bodies[pair->body].reversed;
+    const bool against = tree->links[link].reversed != kmp_model_body(model, pair->body)->reversed;
     const kmp_vec e = kmp_vec_axis(against ? kmp_neg(KMP_ONE) : KMP_ONE, tree->links[link].axis);
     return kmp_link_direction(tree, link, e, 0);
 }

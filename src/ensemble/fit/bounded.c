@@ -2,6 +2,7 @@
 #include "ensemble/fit/bounded.h"
 #include "analyses/parts/ranges.h"
 #include "base/memory.h"
+#include "model/data/model_context.h"
 #include "output/csv_reader.h"
 #include <math.h>
 #include <string.h>
@@ -10,7 +11,7 @@
 
 static kempe_status read_bounds(const kempe_model *model, kmp_box_bounds *b, int k, const char *text)
 {
-    kempe_context *context = model->context;
+    kempe_context *context = kmp_model_context(model);
     const char *upper = strchr(text, ':');
     if (!upper || strchr(upper + 1, ':'))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
@@ -29,7 +30,7 @@ static kempe_status read_bounds(const kempe_model *model, kmp_box_bounds *b, int
 
 kempe_status kmp_box_bounds_read(const kempe_model *model, const char *list, kmp_arena *arena, kmp_box_bounds *bounded)
 {
-    kempe_context *context = model->context;
+    kempe_context *context = kmp_model_context(model);
     char **word = NULL;
     bounded->count = kmp_text_words(arena, list, &word);
     if (bounded->count == 0)

@@ -10,7 +10,7 @@
 #include "ensemble/fit/search_threads.h"
 #include "ensemble/sampling/sampling.h"
 #include "ensemble/statistics/statistics.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
@@ -782,12 +782,14 @@ static kempe_status keep_best(kempe_fit *f)
 
 kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *options, kempe_fit **fit)
 {
-    KMP_WANTED_BOTH(model, fit);
-    KMP_OPTIONS(model->context, kempe_fit_options, options);
+    KMP_WANTED(NULL, model, "model");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, fit, "fit");
+    KMP_OPTIONS(context, kempe_fit_options, options);
     kmp_model_begin_forces(model);
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_MAKE(model->context, kempe_fit, f);
-    f->context = model->context;
+    KMP_MAKE(context, kempe_fit, f);
+    f->context = context;
     f->model = model;
     kempe_status status = prepare(f, options);
     if (status == KEMPE_OK) {
@@ -810,7 +812,7 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
     }
     if (!given || !f->warnings || !f->reason) {
         kempe_fit_free(f);
-        return given ? kmp_fail_memory(model->context) : status;
+        return given ? kmp_fail_memory(context) : status;
     }
     *fit = f;
     return status;

@@ -2,7 +2,7 @@
 /* Two passes: names and times before the equations are derived, values when their units are known. */
 #include "ensemble/fit/measured.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/read/requests.h"
 #include <math.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static bool is_output(reader *r, const char *word)
     kempe_model *model = kmp_variant_model(r->copy);
     unsigned *parts = NULL;
     bool good = kmp_requested_outputs(model, word, &parts) == KEMPE_OK;
-    kmp_context_clear(model->context);
+    kmp_context_clear(kmp_model_context(model));
     return good;
 }
 
@@ -205,23 +205,24 @@ kempe_status kmp_measured_begin(const kempe_model *model, const char *path, cons
 {
     reader r = {.m = measured, .chosen = chosen};
     *measured = (kmp_measured){0};
-    kempe_context *trial = kmp_context_new_below(model->context); /* the messages of words that are not outputs */
-    kempe_status status = kmp_made(model->context, trial);
+    kempe_context *context = kmp_model_context(model);
+    kempe_context *trial = kmp_context_new_below(context); /* the messages of words that are not outputs */
+    kempe_status status = kmp_made(context, trial);
     if (status == KEMPE_OK)
         status = kmp_variant_new_in(trial, model, 0, NULL, &r.copy);
     if (status == KEMPE_OK)
-        status = read_file(model->context, path, &r);
+        status = read_file(context, path, &r);
     kmp_variant_free(r.copy);
     kempe_context_free(trial);
     if (status == KEMPE_OK)
-        status = check_chosen(model->context, measured, path, chosen);
+        status = check_chosen(context, measured, path, chosen);
     if (status == KEMPE_OK && measured->columns == 0)
-        status = kmp_complain(model->context, path, 0, 0, "there is no column of an output, only t");
+        status = kmp_complain(context, path, 0, 0, "there is no column of an output, only t");
     if (status == KEMPE_OK && !(measured->t[measured->rows - 1] > 0))
-        status = kmp_complain(model->context, path, 0, 0, "the last time is 0: there is no motion to compare with");
+        status = kmp_complain(context, path, 0, 0, "the last time is 0: there is no motion to compare with");
     measured->outputs = kmp_text_keep(&r.words, &measured->arena);
     if (status == KEMPE_OK && !measured->outputs)
-        status = kmp_fail_memory(model->context);
+        status = kmp_fail_memory(context);
     if (status != KEMPE_OK)
         kmp_measured_free(measured);
     return status;

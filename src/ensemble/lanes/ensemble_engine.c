@@ -19,7 +19,9 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/rk.h"
 #include "linalg/dense/dense.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
+#include "model/data/parameter.h"
+#include "model/data/state.h"
 #include "model/read/loads.h"
 #include <float.h>
 #include <math.h>
@@ -589,7 +591,7 @@ static kempe_status lane_group_run(kmp_engine *e, kmp_lane_group *pool)
 
 void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants)
 {
-    int parameters = s->model->parameter_count;
+    int parameters = kmp_model_parameter_count(s->model);
     memcpy(constants->numbers, s->parameters, (size_t)parameters * sizeof(double));
     memcpy(constants->numbers + parameters, s->scale, (size_t)s->n * sizeof(double));
     memcpy(constants->numbers + parameters + s->n, s->row_scale, (size_t)s->m * sizeof(double));
@@ -599,7 +601,7 @@ void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants)
 
 void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants)
 {
-    int parameters = s->model->parameter_count;
+    int parameters = kmp_model_parameter_count(s->model);
     memcpy(s->parameters, constants->numbers, (size_t)parameters * sizeof(double));
     memcpy(s->scale, constants->numbers + parameters, (size_t)s->n * sizeof(double));
     memcpy(s->row_scale, constants->numbers + parameters + s->n, (size_t)s->m * sizeof(double));
@@ -611,7 +613,7 @@ void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants)
 
 static kempe_status make(kmp_engine *e, const kempe_model *model, const char *const *names, bool apart)
 {
-    e->context = apart ? kmp_context_new_below(model->context) : model->context;
+    e->context = apart ? kmp_context_new_below(kmp_model_context(model)) : kmp_model_context(model);
     e->own_context = apart;
     if (!e->context)
         return KEMPE_E_MEMORY;
@@ -619,7 +621,7 @@ static kempe_status make(kmp_engine *e, const kempe_model *model, const char *co
     KMP_TRY(kmp_system_of_variant(e->variant, &e->s));
     e->n = e->s->n;
     e->m = e->s->m;
-    e->parameters = kmp_variant_model(e->variant)->parameter_count;
+    e->parameters = kmp_model_parameter_count(kmp_variant_model(e->variant));
     e->own.numbers = KMP_NEW(double, e->parameters + e->n + e->m);
     KMP_TRY(kmp_made(e->context, e->own.numbers));
     kmp_constants_keep(e->s, &e->own);
@@ -629,7 +631,7 @@ static kempe_status make(kmp_engine *e, const kempe_model *model, const char *co
 kempe_status kmp_engine_new(const kempe_model *model, int count, const char *const *names, bool apart,
                             kmp_engine **engine)
 {
-    KMP_MAKE(model->context, kmp_engine, e);
+    KMP_MAKE(kmp_model_context(model), kmp_engine, e);
     e->columns = count;
     kempe_status status = make(e, model, names, apart);
     return KMP_GIVE_OR_FREE(status, engine, e, kmp_engine_free);

@@ -26,7 +26,9 @@
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
-#include "model/data/model.h"
+#include "model/data/flexible.h"
+#include "model/data/parameter.h"
+#include "model/data/state.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "output/verdict.h"
@@ -54,7 +56,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {spec->keep_independent, "fixed independent coordinates"},
         {spec->fixed_step > 0, "steps of constant length"},
         {s->force != NULL, "user-defined forces"},
-        {s->model->delay_count > 0, "delays"},
+        {kmp_model_delay_count(s->model) > 0, "delays"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
         {s->m > KMP_LANE_ROWS || s->n - s->m > most_freedoms(s), "a large system"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
@@ -417,8 +419,8 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
     result->drift = kmp_verdict_drift(drift, exchanged, fmax(fabs(potential), fabs(x->potential)));
     const kempe_model *model = e->s->model;
-    for (int k = 0; k < model->flexible_count; k++) {
-        const kmp_flexible *f = &model->flexibles[k];
+    for (int k = 0; k < kmp_model_flexible_count(model); k++) {
+        const kmp_flexible *f = kmp_model_flexible(model, k);
         result->deflection =
             fmax(result->deflection, kmp_flexible_deflection(e->s, f, q) / kmp_number_at(f->length, e->s->parameters));
     }

@@ -14,7 +14,8 @@
 #include "integrators/decide/run_start.h"
 #include "integrators/run/events.h"
 #include "integrators/steppers/dop853.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -254,7 +255,7 @@ bool kmp_lane_state_init(kmp_engine *e, int width)
     room->per_scale = kmp_arena_aligned(a, w * n);
     room->per_row_scale = kmp_arena_aligned(a, w * m);
     room->square = KMP_ARENA_NEW(a, double, m *n);
-    room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)e->s->model->input_count));
+    room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)kmp_model_all_inputs(e->s->model)));
     return !a->failed;
 }
 
@@ -263,7 +264,8 @@ bool kmp_lane_state_init(kmp_engine *e, int width)
 void kmp_room_put_inputs(kmp_engine *e)
 {
     kmp_lane_state *room = &e->room;
-    for (size_t l = 0; l < room->w && e->s->model->input_count > 0; l++) {
+    const bool has_inputs = kmp_model_all_inputs(e->s->model) > 0;
+    for (size_t l = 0; l < room->w && has_inputs; l++) {
         const kmp_present_inputs *inputs = room->who[l] >= 0 ? &e->instances[room->who[l]].inputs : NULL;
         const double *now = inputs ? kmp_present_inputs_at(inputs, room->at[l]) : NULL;
         for (size_t k = 1; now && k < (size_t)kmp_present_inputs_size(inputs); k++)

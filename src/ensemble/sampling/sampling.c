@@ -6,7 +6,8 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/model_instances.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
+#include "model/data/parameter.h"
 #include "model/data/variant.h"
 #include "output/print.h"
 #include <ctype.h>
@@ -332,7 +333,7 @@ static kempe_status take_grade(const reader *r, const char *name, const char *te
         return refuse(r, "grades of ISO 286 are IT5 to IT18, as 'IT7' or 'IT7(uniform)'");
     if (at < 0)
         return refuse(r, "a grade of ISO 286 applies to a parameter of the model, a length");
-    double size = r->s->model->parameters[at].number.value, tolerance = tolerance_grade(grade, size);
+    double size = kmp_model_parameter(r->s->model, at)->number.value, tolerance = tolerance_grade(grade, size);
     if (tolerance == 0)
         return kmp_fail(r->context, KEMPE_E_ARGUMENT, "'%s': ISO 286 has sizes above 0 and up to 3.15 m, not %.6g m",
                         r->entry, size);
@@ -393,7 +394,7 @@ static kempe_status read_column(const reader *r, kmp_sampled_column *c)
 
 static kempe_status read_columns(kmp_sampling *s, const char *text)
 {
-    kempe_context *context = s->model->context;
+    kempe_context *context = kmp_model_context(s->model);
     int most = 1;
     for (const char *c = text; *c; c++)
         most += *c == ',';
@@ -433,7 +434,8 @@ static kempe_status correlate(kmp_sampling *s, const char *text)
 {
     int n = s->columns;
     double *a = s->factor = KMP_ARENA_NEW(&s->arena, double, (size_t)n *(size_t)n);
-    KMP_TRY(kmp_made(s->model->context, a));
+    kempe_context *context = kmp_model_context(s->model);
+    KMP_TRY(kmp_made(context, a));
     for (int k = 0; k < n; k++)
         a[k * n + k] = 1;
     /* "a:b=0.8,a:c=-0.2": the correlations of normal scores. */
@@ -447,7 +449,7 @@ static kempe_status correlate(kmp_sampling *s, const char *text)
         size_t sign = *value == '=' && (value[1] == '-' || value[1] == '+');
         size_t digits = *value == '=' ? kmp_text_to_number(value + 1 + sign, &x) : 0;
         if (digits == 0 || value + 1 + sign + digits != c + length || i < 0 || j < 0 || i == j || !(x < 1))
-            return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
                             "'%.*s': a correlation is written NAME:NAME=R with two different names of --sample and R "
                             "between -1 and 1",
                             (int)length, c);
@@ -460,7 +462,7 @@ static kempe_status correlate(kmp_sampling *s, const char *text)
             for (int k = 0; k < j; k++)
                 sum -= a[i * n + k] * a[j * n + k];
             if (i == j && !(sum > KMP_CORRELATION_LEAST))
-                return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
+                return kmp_fail(context, KEMPE_E_ARGUMENT,
                                 "the correlations of '%s' with the others contradict each other", s->name[i]);
             a[i * n + j] = i == j ? sqrt(sum) : sum / a[j * n + j];
         }
@@ -469,7 +471,7 @@ static kempe_status correlate(kmp_sampling *s, const char *text)
 
 static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
 {
-    kempe_context *context = s->model->context;
+    kempe_context *context = kmp_model_context(s->model);
     const char *word = options->design ? options->design : "random";
     if (!find_design(word, &s->design))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
@@ -495,11 +497,12 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
         for (int k = 0; k < s->columns; k++) {
             const kmp_sampled_column *c = &s->column[k];
             if (c->d.kind != KMP_UNIFORM || c->levels < 2)
-                return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
+                return kmp_fail(kmp_model_context(s->model), KEMPE_E_ARGUMENT,
                                 "'%s': a grid needs a range with a number of values, NAME=A:B:N", c->name);
             count *= c->levels;
             if (count > INT_MAX)
-                return kmp_fail(s->model->context, KEMPE_E_ARGUMENT, "the grid has more than %d instances", INT_MAX);
+                return kmp_fail(kmp_model_context(s->model), KEMPE_E_ARGUMENT, "the grid has more than %d instances",
+                                INT_MAX);
         }
         s->count = (int)count;
         return KEMPE_OK;
@@ -515,7 +518,7 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
 
 kempe_status kmp_sampling_new(const kempe_model *model, const kempe_sample_options *options, kmp_sampling **sampling)
 {
-    KMP_MAKE(model->context, kmp_sampling, s);
+    KMP_MAKE(kmp_model_context(model), kmp_sampling, s);
     s->model = model;
     s->seed = options->seed ? (uint64_t)options->seed : 1;
     kempe_status status = make(s, options);

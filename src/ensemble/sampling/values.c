@@ -8,7 +8,7 @@
 #include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/sampling.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "model/language/dimension.h"
 #include "output/csv_reader.h"
 #include "output/print.h"
@@ -83,7 +83,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
     kempe_status status = kmp_model_check_finished(model);
     for (int k = 0; status == KEMPE_OK && k < columns; k++) {
         kmp_text why = {0};
-        KMP_WANTED(model->context, names && names[k], "a column name");
+        KMP_WANTED(kmp_model_context(model), names && names[k], "a column name");
         bool may = kmp_instance_may(model, names[k], &why);
         for (int i = 0; may && i < k; i++)
             if (strcmp(names[i], names[k]) == 0) {
@@ -91,7 +91,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
                 may = false;
             }
         if (!may)
-            status = kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &why);
+            status = kmp_fail_text(kmp_model_context(model), KEMPE_E_ARGUMENT, &why);
     }
     return status;
 }
@@ -99,18 +99,20 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
 kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
                               const double *rows, kempe_values **values)
 {
-    KMP_WANTED_BOTH(model, values);
-    kmp_context_clear(model->context);
+    KMP_WANTED(NULL, model, "model");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, values, "values");
+    kmp_context_clear(context);
     if (columns < 0 || count < 0)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");
     KMP_TRY(check_names(model, columns, names));
-    KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
+    KMP_WANTED(context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = values_new(columns, names);
     if (made)
         made->rows = KMP_NEW(double, (size_t)count *(size_t)columns + 1);
     if (!made || !made->rows) {
         kempe_values_free(made);
-        return kmp_fail_memory(model->context);
+        return kmp_fail_memory(context);
     }
     if (columns > 0 && count > 0)
         memcpy(made->rows, rows, (size_t)count * (size_t)columns * sizeof *rows);
@@ -128,7 +130,7 @@ static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const
     kempe_values *made = values_new(sampling->columns, sampling->name);
     if (!made) {
         kmp_sampling_free(sampling);
-        return kmp_fail_memory(model->context);
+        return kmp_fail_memory(kmp_model_context(model));
     }
     made->sampling = sampling;
     made->count = sampling->count;
@@ -137,18 +139,19 @@ static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const
     made->correlations = kmp_arena_strdup(&made->arena, options->correlations ? options->correlations : "");
     made->design = kmp_arena_strdup(&made->arena, options->design ? options->design : "random");
     made->seed = options->seed ? options->seed : 1;
-    kempe_status status = kmp_made(model->context, !made->arena.failed);
+    kempe_status status = kmp_made(kmp_model_context(model), !made->arena.failed);
     return KMP_GIVE_OR_FREE(status, values, made, kempe_values_free);
 }
 
 kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_options *options, kempe_values **values)
 {
     KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, values, "values");
-    KMP_OPTIONS(model->context, kempe_sample_options, options);
-    KMP_WANTED(model->context, options->ranges, "ranges");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, values, "values");
+    KMP_OPTIONS(context, kempe_sample_options, options);
+    KMP_WANTED(context, options->ranges, "ranges");
     kmp_sampling *sampling = NULL;
-    kmp_context_clear(model->context);
+    kmp_context_clear(context);
     KMP_TRY(kmp_model_check_finished(model));
     KMP_TRY(kmp_sampling_new(model, options, &sampling));
     kempe_status status = check_names(model, sampling->columns, sampling->name);
@@ -254,8 +257,9 @@ static bool read_unit(const kmp_parquet_column *column, kmp_unit *unit)
 static kempe_status check_columns(const kempe_model *model, const char *path, const kmp_parquet_file *file)
 {
     kempe_status status = KEMPE_OK;
+    kempe_context *context = kmp_model_context(model);
     if (file->rows == 0 || file->column_count == 0)
-        status = kmp_complain(model->context, path, 0, 0, "the table has no rows or no columns");
+        status = kmp_complain(context, path, 0, 0, "the table has no rows or no columns");
     for (int c = 0; c < file->column_count; c++) {
         const kmp_parquet_column *column = &file->column[c];
         kmp_text why = {0};
@@ -273,9 +277,9 @@ static kempe_status check_columns(const kempe_model *model, const char *path, co
             if (!isfinite(column->number[row]))
                 kmp_text_printf(&why, "column '%s', row %d: a finite number is expected", column->name, row + 1);
         if (why.length)
-            status = kmp_complain(model->context, path, 0, 0, "%s", why.s);
+            status = kmp_complain(context, path, 0, 0, "%s", why.s);
         if (why.failed)
-            status = kmp_fail_memory(model->context);
+            status = kmp_fail_memory(context);
         kmp_text_free(&why);
     }
     return status;
@@ -300,13 +304,13 @@ static kempe_status take_columns(reader *r, const kmp_parquet_file *file)
         }
     }
     kmp_arena_free(&arena);
-    return kmp_made(r->model->context, ok);
+    return kmp_made(kmp_model_context(r->model), ok);
 }
 
 static kempe_status read_parquet(reader *r, const char *path)
 {
     kmp_parquet_file file = {0};
-    KMP_TRY(kmp_parquet_read(r->model->context, path, &file));
+    KMP_TRY(kmp_parquet_read(kmp_model_context(r->model), path, &file));
     kempe_status status = check_columns(r->model, path, &file);
     if (status == KEMPE_OK)
         status = take_columns(r, &file);
@@ -321,18 +325,20 @@ static const kmp_csv_form form = {"the header line with names of parameters is m
 
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
-    KMP_WANTED_BOTH(model, path);
-    KMP_WANTED(model->context, values, "values");
+    KMP_WANTED(NULL, model, "model");
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, values, "values");
     reader r = {.model = model};
-    kmp_context_clear(model->context);
+    kmp_context_clear(context);
     KMP_TRY(kmp_model_check_finished(model));
     bool is_parquet = strcmp(kmp_file_ending(path), ".parquet") == 0;
-    kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(model->context, path, &form, &r);
+    kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(context, path, &form, &r);
     if (status == KEMPE_OK && r.values->count == 0)
-        status = kmp_complain(model->context, path, 0, 0, "there are no rows");
+        status = kmp_complain(context, path, 0, 0, "there are no rows");
     if (status == KEMPE_OK)
         status = check_units(&r, path);
     if (status == KEMPE_OK)
-        status = kmp_made(model->context, (r.values->file = kmp_arena_strdup(&r.values->arena, path)) != NULL);
+        status = kmp_made(context, (r.values->file = kmp_arena_strdup(&r.values->arena, path)) != NULL);
     return KMP_GIVE_OR_FREE(status, values, r.values, kempe_values_free);
 }

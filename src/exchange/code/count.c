@@ -3,7 +3,7 @@
  * program. */
 #include "base/memory.h"
 #include "exchange/code/source.h"
-#include "model/data/model.h"
+#include "model/data/model_context.h"
 #include "output/print.h"
 #include "platform/platform.h"
 #include <kempe/generate.h>
@@ -34,14 +34,15 @@ static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_
 kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)
 {
     KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, out, "count");
-    KMP_OPTIONS(model->context, kempe_generate_options, generation);
-    kmp_context_clear(model->context);
+    kempe_context *context = kmp_model_context(model);
+    KMP_WANTED(context, out, "count");
+    KMP_OPTIONS(context, kempe_generate_options, generation);
+    kmp_context_clear(context);
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_MAKE(model->context, kempe_count, c);
-    c->context = model->context;
-    c->model = kmp_strdup(model->name);
-    kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
+    KMP_MAKE(context, kempe_count, c);
+    c->context = context;
+    c->model = kmp_strdup(kempe_model_name(model));
+    kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(context);
     return KMP_GIVE_OR_FREE(status, out, c, kempe_count_free);
 }
 

@@ -5,7 +5,6 @@
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
-#include "model/data/model.h"
 #include <string.h>
 
 static bool has_row(const kmp_code_elements *elements, int row)

@@ -4,22 +4,22 @@
 #include "backend/time_scales.h"
 #include "exchange/code/write.h"
 #include "exchange/simulator/kempe_fmu.h"
-#include "model/data/model.h"
+#include "model/data/run_settings.h"
 #include <stdio.h>
 
 double kmp_unit_rtol(const kempe_model *model)
 {
-    return model->run.rtol > 0 ? model->run.rtol : 1e-8;
+    return kmp_model_run(model)->rtol > 0 ? kmp_model_run(model)->rtol : 1e-8;
 }
 
 double kmp_unit_atol(const kempe_model *model)
 {
-    return model->run.atol > 0 ? model->run.atol : kmp_unit_rtol(model);
+    return kmp_model_run(model)->atol > 0 ? kmp_model_run(model)->atol : kmp_unit_rtol(model);
 }
 
 double kmp_unit_longest_step(const kempe_model *model)
 {
-    return model->run.max_step > 0 ? model->run.max_step : kmp_time_scales_shortest(model);
+    return kmp_model_run(model)->max_step > 0 ? kmp_model_run(model)->max_step : kmp_time_scales_shortest(model);
 }
 
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan)

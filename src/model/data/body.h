@@ -73,8 +73,14 @@ static inline bool kmp_body_has_armature(const kmp_body *body)
     return body->armature.value != 0 || body->armature.expr;
 }
 
-/** Motion k of the model, whose coordinate is q[k]. */
+/** Motion k of the model, whose coordinate is q[k]; a body, 0 being the ground; a point. */
 const kmp_motion *kmp_model_motion(const kempe_model *model, int k);
+const kmp_body *kmp_model_body(const kempe_model *model, int body);
+const kmp_point *kmp_model_point(const kempe_model *model, int point);
+
+/** The number of motions, with the motions of states (n), and of bodies, with the ground. */
+int kmp_model_motion_count(const kempe_model *model);
+int kmp_model_body_count(const kempe_model *model);
 
 /** The nearest common ancestor of two bodies. Bodies follow their parents. */
 int kmp_model_common_body(const kempe_model *model, int a, int b);

@@ -4,6 +4,7 @@
 
 #include "model/data/place.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 struct kmp_gear;
@@ -66,3 +67,7 @@ typedef struct kmp_cut_coordinate {
     kmp_number q, qd;      /* of the start, where it gives them */
     bool q_given, qd_given;
 } kmp_cut_coordinate;
+
+/** Closure k of a model, and the number of closures. */
+const kmp_closure *kmp_model_closure(const kempe_model *model, int k);
+int kmp_model_closure_count(const kempe_model *model);

@@ -102,3 +102,13 @@ kmp_body kmp_body_undeformed(const kempe_model *model, int body)
         rigid.inertia[k] = (kmp_number){.value = (k < 3 ? trace : 0) - spread(f, about, row[k], column[k])};
     return rigid;
 }
+
+const kmp_flexible *kmp_model_flexible(const kempe_model *model, int k)
+{
+    return &model->flexibles[k];
+}
+
+int kmp_model_flexible_count(const kempe_model *model)
+{
+    return model->flexible_count;
+}

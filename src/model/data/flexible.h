@@ -7,6 +7,7 @@
 
 #include "model/data/body.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 /** The terms of second order that a body has: all of them; only the shapes of the quadratic functions, without
@@ -83,3 +84,7 @@ void kmp_flexible_to_body(const kmp_flexible *flexible, const double own[3], dou
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);
 
 extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[3];
+
+/** Flexible body k of a model, and the number of these. */
+const kmp_flexible *kmp_model_flexible(const kempe_model *model, int k);
+int kmp_model_flexible_count(const kempe_model *model);

@@ -5,6 +5,7 @@
 #include "model/data/place.h"
 #include "model/data/touch.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>
 
@@ -90,3 +91,7 @@ static inline bool kmp_force_has_modes(const kmp_force *force)
 {
     return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
 }
+
+/** Force k of a model, and the number of forces. The last ones belong to states (model/data/state.h). */
+const kmp_force *kmp_model_force(const kempe_model *model, int k);
+int kmp_model_force_count(const kempe_model *model);

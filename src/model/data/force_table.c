@@ -2,7 +2,7 @@
 /* Look-ups in the table of forces: fields by key, their numbers and points, and rules between them. Readers, printers
  * and reports go through these rows, and know no kind of force. */
 #include "model/data/force_table.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
 #include <stddef.h>
 #include <string.h>
 

@@ -4,14 +4,6 @@
 #include <kempe/settings.h>
 #include <math.h>
 
-kempe_status kmp_model_check_finished(const kempe_model *model)
-{
-    if (!model->builder)
-        return KEMPE_OK;
-    return kmp_fail(model->context, KEMPE_E_ARGUMENT, "model '%s' is not finished: call kempe_model_finish first",
-                    model->name);
-}
-
 /* The public names and values of a model's inputs. */
 
 KMP_GETTER(int kempe_model_input_count(const kempe_model *model), model, kmp_model_given_inputs(model), 0)

@@ -10,6 +10,7 @@
 #include "model/data/closure.h"
 #include "model/data/flexible.h"
 #include "model/data/force.h"
+#include "model/data/model_context.h"
 #include "model/data/output.h"
 #include "model/data/parameter.h"
 #include "model/data/run_settings.h"
@@ -142,6 +143,3 @@ static inline bool kmp_model_rests(const kempe_model *model)
         rests = rests || model->forces[k].kind == KMP_FORCE_TOUCH;
     return rests;
 }
-
-/** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
-kempe_status kmp_model_check_finished(const kempe_model *model);

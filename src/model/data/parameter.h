@@ -5,6 +5,7 @@
 #include "model/data/place.h"
 #include "model/data/signal.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 typedef struct kmp_parameter {
@@ -32,3 +33,11 @@ typedef struct kmp_model_input {
     kmp_signal signal;       /* in SI; of a constant one sample */
     bool used;               /* some expression has it */
 } kmp_model_input;
+
+/** Parameter k of a model, and the number of parameters. */
+const kmp_parameter *kmp_model_parameter(const kempe_model *model, int k);
+int kmp_model_parameter_count(const kempe_model *model);
+
+/** The number of inputs, with the inputs of delays, which are the last ones; the number of these. */
+int kmp_model_all_inputs(const kempe_model *model);
+int kmp_model_delay_count(const kempe_model *model);

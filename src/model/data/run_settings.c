@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/run_settings.h"
+#include "model/data/model.h"
 
 static const char *const dynamics_words[KMP_DYNAMICS_COUNT] = {
 #define KMP_DYNAMICS(id, word) word,
@@ -63,4 +64,9 @@ bool kmp_rows_fit(double every, double t_end, kmp_text *complaint)
         "output_step = %g s gives %.3g rows up to t_end = %g s, but at most %d are stored; use a larger step", every,
         rows, t_end, KMP_MOST_ROWS);
     return false;
+}
+
+const kmp_run_settings *kmp_model_run(const kempe_model *model)
+{
+    return &model->run;
 }

@@ -6,6 +6,7 @@
 #include "model/data/place.h"
 #include "model/language/expression.h"
 #include "model/language/nearest.h"
+#include <kempe/kempe.h>
 
 typedef enum kmp_dynamics {
 #define KMP_DYNAMICS(id, word) KMP_DYNAMICS_##id,
@@ -66,3 +67,6 @@ enum { KMP_MOST_ROWS = 1000000 };
 /** True if the number of rows at intervals of `every` seconds up to t_end is allowed. Otherwise `complaint` has the
  * message (it stays empty when there is no memory). */
 bool kmp_rows_fit(double every, double t_end, kmp_text *complaint);
+
+/** The section `run` of a model. */
+const kmp_run_settings *kmp_model_run(const kempe_model *model);

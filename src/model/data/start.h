@@ -3,6 +3,7 @@
 #pragma once
 
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
@@ -21,3 +22,6 @@ typedef struct kmp_start {
     kmp_goal *goals;
     int goal_count;
 } kmp_start;
+
+/** The start of a model. */
+const kmp_start *kmp_model_start(const kempe_model *model);

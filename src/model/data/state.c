@@ -26,3 +26,13 @@ const kmp_expr *kmp_state_rate(const kempe_model *model, int k)
 {
     return model->forces[model->force_count - model->state_count + k].effort;
 }
+
+const kmp_state *kmp_model_state(const kempe_model *model, int k)
+{
+    return &model->states[k];
+}
+
+int kmp_model_state_count(const kempe_model *model)
+{
+    return model->state_count;
+}

@@ -38,3 +38,7 @@ bool kmp_model_has_samples(const kempe_model *model);
 
 /** The rate of state k. Rates are the last forces. */
 const kmp_expr *kmp_state_rate(const kempe_model *model, int k);
+
+/** State k of a model, and the number of states. */
+const kmp_state *kmp_model_state(const kempe_model *model, int k);
+int kmp_model_state_count(const kempe_model *model);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/wheels.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 
 int kmp_wheel_contacts(const kmp_wheel *wheel)
@@ -46,4 +47,19 @@ kmp_track *kmp_tracks_ideal(int count, const kmp_track *tracks, kmp_arena *arena
         ideal[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
     }
     return ideal;
+}
+
+const kmp_wheel *kmp_model_wheel(const kempe_model *model, int k)
+{
+    return &model->wheels[k];
+}
+
+int kmp_model_wheel_count(const kempe_model *model)
+{
+    return model->wheel_count;
+}
+
+const kmp_track *kmp_model_track(const kempe_model *model, int k)
+{
+    return &model->tracks[k];
 }

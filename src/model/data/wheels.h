@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "model/data/place.h"
 #include "model/language/expression.h"
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 struct kmp_table;
@@ -133,3 +134,10 @@ bool kmp_tracks_are_irregular(int count, const kmp_track *tracks);
 
 /** The tracks without irregularities, with the parts of the given ones; NULL: no memory. */
 kmp_track *kmp_tracks_ideal(int count, const kmp_track *tracks, kmp_arena *arena);
+
+/** Wheel k of a model, and the number of wheels. */
+const kmp_wheel *kmp_model_wheel(const kempe_model *model, int k);
+int kmp_model_wheel_count(const kempe_model *model);
+
+/** Track k of a model. */
+const kmp_track *kmp_model_track(const kempe_model *model, int k);

@@ -5,7 +5,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "rail/places/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
@@ -158,7 +158,7 @@ static kmp_wheel_pair pair_of(const kmp_tree *tree, const kmp_wheel *wheel, cons
     kmp_wheel_pair p = {.g = tree->graph, .radius = kmp_tree_number(tree, &wheel->radius), .out = pose->out};
     memcpy(p.axle, pose->axle, sizeof p.axle);
     p.wheel = kmp_graph_add_table(tree->graph, wheel->profile->height);
-    p.rail = kmp_graph_add_table(tree->graph, tree->model->tracks[wheel->track].rail);
+    p.rail = kmp_graph_add_table(tree->graph, kmp_model_track(tree->model, wheel->track)->rail);
     return p;
 }
 
@@ -363,7 +363,7 @@ void kmp_wheel_find(const kmp_tree *tree, const kmp_wheel *wheel, kmp_wheel_pose
     kmp_graph *g = tree->graph;
     bool left = wheel->side == KMP_TRACK_LEFT;
     pose->centre = kmp_point_position(tree, wheel->point, 0);
-    kmp_track_at(tree, &tree->model->tracks[wheel->track], pose->centre, &pose->place);
+    kmp_track_at(tree, kmp_model_track(tree->model, wheel->track), pose->centre, &pose->place);
     const kmp_track_place *place = &pose->place;
     kmp_vec axle = kmp_point_direction(tree, wheel->point, leftwards, 0), arm = pose->centre;
     pose->axis[0] = place->axis[0];

@@ -8,7 +8,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 
@@ -147,7 +147,7 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const rail_contact *c
 static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
-    const kmp_wheel *wheel = &tree->model->wheels[force->wheel];
+    const kmp_wheel *wheel = kmp_model_wheel(tree->model, force->wheel);
     bool rigid = wheel->form == KMP_CONTACT_RIGID;
     kmp_wheel_pose pose;
     kmp_wheel_find(tree, wheel, &pose);
@@ -196,7 +196,7 @@ const kmp_law_row kmp_wheel_laws[] = {{KMP_FORCE_WHEEL, law, NULL}, {0}};
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    const kmp_wheel *wheel = &tree->model->wheels[closure->wheel];
+    const kmp_wheel *wheel = kmp_model_wheel(tree->model, closure->wheel);
     kmp_wheel_pose pose;
     kmp_patch patch;
     kmp_wheel_find(tree, wheel, &pose);
@@ -214,7 +214,7 @@ const kmp_closure_of_wing kmp_wheel_closures[] = {{KMP_CLOSURE_wheel, {&part, &k
 static void show_contacts(kmp_equations *eq, const kmp_output *output)
 {
     const bool sums = output->kind == KMP_OUTPUT_GUIDANCE;
-    const kmp_wheel *wheel = &eq->model->wheels[output->index];
+    const kmp_wheel *wheel = kmp_model_wheel(eq->model, output->index);
     kmp_graph *g = eq->graph;
     guidance sum = {KMP_ZERO, KMP_ZERO, KMP_ZERO};
     kmp_wheel_pose pose;
@@ -241,7 +241,7 @@ static void show_contacts(kmp_equations *eq, const kmp_output *output)
 static void show_pose(kmp_equations *eq, const kmp_output *output)
 {
     kmp_wheel_pose pose;
-    kmp_wheel_find(&eq->tree, &eq->model->wheels[output->index], &pose);
+    kmp_wheel_find(&eq->tree, kmp_model_wheel(eq->model, output->index), &pose);
     const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
     for (int k = 0; k < KMP_POSE_SHOWN; k++)
         eq->outputs.shown[eq->outputs.shown_count++] = shown[k];

@@ -4,7 +4,7 @@
  * place and angle belong to the ellipse. */
 #include "rail/wheel_contact/contact_pressure.h"
 #include "base/memory.h"
-#include "model/data/model.h"
+#include "model/data/wheels.h"
 #include "rail/wheel/patch.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -432,14 +432,14 @@ kempe_status kmp_contact_pressure(kempe_contacts *t, int wheel, int number, cons
                                   kmp_patch_outline *outline)
 {
     const kempe_model *model = t->system->model;
-    const kmp_wheel *w = &model->wheels[wheel];
+    const kmp_wheel *w = kmp_model_wheel(model, wheel);
     if (!p->touches)
         return KEMPE_OK;
     zone z = {.modulus = w->shear_modulus.value / (1 - w->poisson),
               .normal = p->normal,
               .finer = t->finer,
               .method = t->pressure == KMP_PRESSURE_KP ? KMP_STRIPS_KP : KMP_STRIPS_ANALYN};
-    z.over = wheel_gap_new(w, &model->tracks[w->track], number, pose, p->angle, p->s);
+    z.over = wheel_gap_new(w, kmp_model_track(model, w->track), number, pose, p->angle, p->s);
     answer found = z.over ? by_strips(&z, COARSE * w->scale) : NO_MEMORY;
     kmp_half_space solution;
     if (found == KNOWN && t->pressure == KMP_PRESSURE_HALF_SPACE)

@@ -2,7 +2,8 @@
 /* A table of contacts as text, JSON, CSV and a picture. */
 #include "analyses/parts/study_print.h"
 #include "base/context.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/wheels.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -39,7 +40,7 @@ static kmp_shown shown_length(const kempe_contacts *t)
 
 static const char *wheel_name(const kempe_contacts *t, int wheel)
 {
-    return t->system->model->wheels[wheel].name;
+    return kmp_model_wheel(t->system->model, wheel)->name;
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */
@@ -280,10 +281,11 @@ static void show_rates(kmp_text *text, const kempe_contacts *t)
         int c = t->hold[k].coordinate;
         const char *unit = kmp_print_unit(t->system, c);
         if (t->hold[k].how == KMP_RATE_FREED)
-            kmp_text_printf(text, "  %s turns without driving torque, at first at %.6g %s/s\n", model->motions[c].name,
-                            t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
+            kmp_text_printf(text, "  %s turns without driving torque, at first at %.6g %s/s\n",
+                            kmp_model_motion(model, c)->name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN,
+                            unit);
         else if (t->hold[k].rate != 0)
-            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
+            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", kmp_model_motion(model, c)->name,
                             kmp_print_value(t->system, c, t->hold[k].rate), unit);
     }
 }
@@ -556,8 +558,8 @@ static double find_shift(const kempe_contacts *t, int wheel)
 
 static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, double x, double y, double width)
 {
-    const kmp_wheel *w = &t->system->model->wheels[wheel];
-    const kmp_track *track = &t->system->model->tracks[w->track];
+    const kmp_wheel *w = kmp_model_wheel(t->system->model, wheel);
+    const kmp_track *track = kmp_model_track(t->system->model, w->track);
     const kmp_shown size = shown_length(t);
     section s = {kmp_plot_inside(text, x, y, width, SECTION), w->profile->height, track->rail, find_shift(t, wheel),
                  size.factor};
@@ -688,7 +690,7 @@ static void draw_conicities(kmp_text *text, const kempe_contacts *t, bool radii,
 static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double y)
 {
     for (int w = 0; w < t->wheel_count; w++, y += LINE)
-        kmp_picture_entry(text, x, y, "curve", kmp_plot_colour(w), "%s", t->system->model->wheels[w].name);
+        kmp_picture_entry(text, x, y, "curve", kmp_plot_colour(w), "%s", kmp_model_wheel(t->system->model, w)->name);
     if (t->has_law)
         kmp_picture_entry(text, x, y, "dashed", "#222", "by %s", kmp_contact_law_word(t));
     kmp_picture_words(text, x, y + 1.5 * LINE, "", "lines join what touches, from");

@@ -9,7 +9,9 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
-#include "model/data/model.h"
+#include "model/data/body.h"
+#include "model/data/closure.h"
+#include "model/data/model_context.h"
 #include "output/print.h"
 #include "studies/show/sets.h"
 #include "symbolic/cost.h"
@@ -49,9 +51,9 @@ static kempe_status find_program(const kempe_system *system, const kmp_program *
 static void legend(kmp_text *text, const kempe_system *system)
 {
     kmp_text_printf(text, "# %s: M qdd + C = J' lambda, h = 0, J qdd + jdqd = 0; entries not shown are zero\n# q:",
-                    system->model->name);
+                    kempe_model_name(system->model));
     for (int k = 0; k < system->n; k++)
-        kmp_text_printf(text, " %d %s", k + 1, system->model->motions[k].name);
+        kmp_text_printf(text, " %d %s", k + 1, kmp_model_motion(system->model, k)->name);
     kmp_text_put(text, system->m ? "\n# h:" : "");
     for (int r = 0; r < system->m; r++)
         kmp_text_printf(text, " %d %s", r + 1, system->row_names[r]);
@@ -200,7 +202,7 @@ static kempe_status try_scene(const kempe_model *model, const kmp_derivation_req
     *found = out ? amount_of(eq.graph, count, out, KMP_COST_ADDITION) : unknown;
     kmp_free(out);
     kmp_equations_free(&eq);
-    return found->operations < 0 ? kmp_fail_memory(model->context) : KEMPE_OK;
+    return found->operations < 0 ? kmp_fail_memory(kmp_model_context(model)) : KEMPE_OK;
 }
 
 static kempe_status try_rules(const kempe_model *model, kmp_derivation_request scene, gain_table *gains)
@@ -214,12 +216,12 @@ static kempe_status try_rules(const kempe_model *model, kmp_derivation_request s
                  {"auxiliary variables", KMP_RULE_TRIG},
                  {"rotations about one axis", 0}};
     kmp_savings plain;
-    kempe_status status = kmp_savings_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    kempe_status status = kmp_savings_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(kmp_model_context(model));
     scene.savings = &plain;
     for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++) {
         amount found = unknown;
         scene.without = steps[k].without;
-        if (!(steps[k].without & KMP_RULE_SHARE) || model->motion_count <= MOST_MOTIONS)
+        if (!(steps[k].without & KMP_RULE_SHARE) || kmp_model_motion_count(model) <= MOST_MOTIONS)
             status = try_scene(model, &scene, &found);
         put_step(gains, steps[k].name, found);
     }
@@ -232,7 +234,7 @@ static const char *const kind_names[VARIANTS] = {"closures point by point", "ori
 
 static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
-    const size_t n = (size_t)model->motion_count, points = 4 * (size_t)model->closure_count;
+    const size_t n = (size_t)kmp_model_motion_count(model), points = 4 * (size_t)kmp_model_closure_count(model);
     const struct {
         uint8_t *choice;
         size_t count;
@@ -254,7 +256,7 @@ static kempe_status try_program(const kempe_model *model, const kmp_derivation_r
         *found = (amount){kmp_program_count(p, 0, 1).paper, kmp_program_count(p, 1, 1).paper};
     kmp_program_free(p);
     kmp_equations_free(&eq);
-    return ok ? KEMPE_OK : kmp_fail_memory(model->context);
+    return ok ? KEMPE_OK : kmp_fail_memory(kmp_model_context(model));
 }
 
 /* Measures each chosen variant by removing it from the others. */
@@ -263,7 +265,7 @@ static kempe_status try_variants(const kempe_model *model, kmp_derivation_reques
 {
     kmp_savings some;
     amount all = unknown;
-    kempe_status status = kmp_savings_init(&some, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    kempe_status status = kmp_savings_init(&some, model) ? KEMPE_OK : kmp_fail_memory(kmp_model_context(model));
     scene.savings = best;
     if (status == KEMPE_OK)
         status = try_program(model, &scene, &all);

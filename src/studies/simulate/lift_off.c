@@ -2,12 +2,12 @@
 #include "studies/simulate/lift_off.h"
 #include "base/context.h"
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
+#include "model/data/closure.h"
 #include <math.h>
 
 static void look_at(const kempe_system *system, const kmp_samples *table, int r)
 {
-    const kmp_closure *closure = &system->model->closures[system->rows[r].closure];
+    const kmp_closure *closure = kmp_model_closure(system->model, system->rows[r].closure);
     double most = 0;
     int first = -1;
     for (int row = 0; row < table->rows; row++) {
@@ -28,6 +28,6 @@ static void look_at(const kempe_system *system, const kmp_samples *table, int r)
 void kmp_warn_of_lift_off(const kempe_system *system, const kmp_samples *table)
 {
     for (int r = 0; r < system->m; r++)
-        if (system->model->closures[system->rows[r].closure].cam)
+        if (kmp_model_closure(system->model, system->rows[r].closure)->cam)
             look_at(system, table, r);
 }

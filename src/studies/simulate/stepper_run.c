@@ -11,7 +11,7 @@
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/steppers/sample_times.h"
-#include "model/data/model.h"
+#include "model/data/parameter.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
@@ -286,7 +286,7 @@ kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double v
 {
     KMP_WANTED(NULL, s, "stepper");
     const double values[3] = {value, rate, acceleration};
-    int count = kmp_model_given_inputs(s->system->model);
+    int count = kempe_model_input_count(s->system->model);
     if (input < 0 || input >= count)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "there is no input %d: the model has %d", input, count);
     if (!isfinite(value) || !isfinite(rate) || !isfinite(acceleration))
@@ -316,7 +316,7 @@ kempe_status kempe_stepper_set_input(kempe_stepper *stepper, int input, double v
 double kempe_stepper_input(const kempe_stepper *stepper, int input)
 {
     double values[3];
-    if (!stepper || input < 0 || input >= kmp_model_given_inputs(stepper->system->model))
+    if (!stepper || input < 0 || input >= kempe_model_input_count(stepper->system->model))
         return NAN;
     kmp_signal_values(&kmp_runner_inputs(stepper->runner)->piece[input], stepper->t, values);
     return values[0];
@@ -553,7 +553,7 @@ static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
 
 size_t kmp_stepper_packed_size(const kempe_system *system)
 {
-    kempe_stepper_state *state = system->model->delay_count > 0 ? NULL : state_new(system);
+    kempe_stepper_state *state = kmp_model_delay_count(system->model) > 0 ? NULL : state_new(system);
     kmp_memory_piece piece[MOST_PIECES];
     size_t size = 0;
     for (int k = state ? list_pieces(state, piece) : 0; k-- > 0;)
