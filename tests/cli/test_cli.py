@@ -2510,6 +2510,15 @@ class Resume(Case):
         done = self.expect(5, "simulate", hard, "--t-end", "4.1", "--resume", "run.checkpoint", "--rtol", "1e-10", "--no-convergence-check")
         self.assertIn("before the checkpoint: do not trust the motion", done.stderr)
 
+    def test_a_negative_level_of_friction(self):
+        """The first row after the zero of the level, of a number and of the load of a joint, is named; a level that only touches zero is none."""
+        model = ("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {{a: {{joint: {{name: X, prismatic: x, at: ground}}, mass: 1}}}}\n"
+                 "forces: {{f: {{joint: X, friction: {{{}}}}}}}\nstart: {{qd: {{X: 4}}}}\nrun: {{t_end: 2, output_step: 0.01, outputs: [q]}}\n")
+        for law, right in (('force: "0.5*cos(4*t)"', -0.5 * math.cos(1.6 - math.pi)), ('mu: "0.05*cos(4*t)"', -0.05 * 9.81 * math.cos(1.6 - math.pi))):
+            said = self.expect(5, "simulate", self.model(model.format(law))).stderr
+            self.assertAlmostEqual(float(re.search(r"friction 'f' has the level (\S+) at t = 0.4 s, which must not be negative", said)[1]), right, 5)
+        self.assertEqual(self.expect(0, "simulate", self.model(model.format('force: "0.5*(1 - cos(4*t))"'))).stderr, "")
+
     def test_friction_by_a_load_that_is_not_unique(self):
         """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""
         model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {m: 2}\nground: {points: {H1: [0, 0, 0], H2: [0, 0, 0.5]}}\n"
