@@ -9,6 +9,7 @@ UNIT_PACKAGES="python3-venv libxml2-utils"
 UNIT_PYPI="fmpy==0.3.32"
 OPTIMISER_PYPI="jax==0.10.2 casadi==3.8.2 gymnasium==1.4.0"
 RECIPE_PYPI="conan==2.34.0 py-rattler-build==0.73.0 jsonschema==4.26.0"
+WINDOWS_PACKAGES="gcc-mingw-w64-x86-64-posix gfortran-mingw-w64-x86-64-posix binutils-mingw-w64-x86-64 wine wine64"
 SITE_PACKAGES="python3 python3-sphinx python3-myst-parser furo libjs-katex nodejs"
 
 say() {

@@ -13,14 +13,16 @@ agree within 1e-6 of the largest number of a column.
 The exit code is 77, which skips a test, where QEMU's user mode is missing or this processor is not of x86-64.
 """
 import concurrent.futures
+import json
 import os
 import pathlib
 import platform
 import shutil
+import subprocess
 import sys
 import tempfile
 
-from windows_commands import MORE, SOME, compare, run
+from windows_commands import FOUR, MORE, ROOT, SOME, compare, run
 
 PROCESSORS = {  # as QEMU names them, without what it cannot do
     "Nehalem": "no AVX",
@@ -71,6 +73,27 @@ def close(line, here, start):
         return apart <= WITHIN, f"largest difference {apart:.1e}"
 
 
+TOLD = f"""simulate {FOUR} --t-end 0.05 --integrator dop853
+kinematics {FOUR} --sweep crank=0:0.2:3
+sensitivity {FOUR} --parameters crank --t-end 0.05 --integrator dop853
+contact examples/conicity/conicity.yaml --sweep shift=0:0.001:2"""
+
+
+def told(words, ran):
+    """A line of commands whose text, JSON and warnings do not say that this back end has run; "" without one."""
+    for line in TOLD.splitlines():
+        for asked in ((), ("--backend", "native")):
+            with tempfile.TemporaryDirectory() as top:
+                done = subprocess.run([*words, *line.split(), *asked, "--json", f"{top}/run.json"], capture_output=True, text=True, cwd=ROOT)
+                result = json.loads(pathlib.Path(f"{top}/run.json").read_text())
+            said = result.get("backend") or result["work"]["backend"]
+            warns = ran == "tape" and bool(asked)
+            warned = [any("back end 'native': there is no machine code here" in text for text in texts) for texts in ([done.stderr], result["warnings"])]
+            if said != ran or warned != [warns, warns] or ("back end tape" in " ".join(done.stdout.split())) != (ran == "tape"):
+                return f"{line} {' '.join(asked)}: {said}, {ran} has run: {done.stdout[-200:]}{done.stderr}"
+    return ""
+
+
 def main(words):
     here = os.path.abspath(words[0])
     emulator = shutil.which("qemu-x86_64-static") or shutil.which("qemu-x86_64")
@@ -89,8 +112,11 @@ def main(words):
             for (_, line), (agrees, row) in zip(checks, done):
                 bad += not agrees
                 print(f"{'agrees' if agrees else 'DIFFERS':8}{line.replace('OUT/', ''):110.110}  {row}".rstrip(), flush=True)
+        untold = told([here], "native") or told(start, "tape")
+        bad += bool(untold)
+        print(untold or "texts and JSON say which back end has run", flush=True)
         wrong += bad
-        print(f"{len(checks) - bad} of {len(checks)} lines of commands agree", flush=True)
+        print(f"{len(checks) - bad + bool(untold)} of {len(checks)} lines of commands agree", flush=True)
     return 1 if wrong else 0
 
 

@@ -987,6 +987,31 @@ run: {t_end: 0.02}
         self.assertLess(max(abs(x) for axle in vehicle["axles"] for x in axle["aside"]), 0.02)
         self.assertEqual(len(vehicle["t"]), len(vehicle["wheels"][0]["Q"]))
 
+    def test_wheels_on_rails_in_other_units(self):
+        """Names of units, and numbers in them, in tables and pictures of a running vehicle."""
+        model, options = "examples/curving/curving.yaml", ["--t-end", "2", "--no-convergence-check"]
+        shown = {}
+        for system in ("si", "us"):
+            self.open(self.make("simulate", model, *options, "--units", system))
+            shown[system] = self.run_script("""return {
+                units: [...document.querySelectorAll('#vehicle-wheels th, #vehicle-axles th')].map((cell) => cell.textContent).join('|'),
+                load: Number([...document.querySelectorAll('#vehicle-wheels tr')].pop().cells[1].textContent),
+                figures: vehicleFigures.map(({ id, unit, over, curves }) => [id, unit, over, Math.max(...curves[0].points.map(({ x }) => x)), Math.max(...curves[0].points.map(({ y }) => Math.abs(y)).filter(Number.isFinite))]),
+                note: document.getElementById('vehicle-note').textContent };""")
+        si, us = shown["si"], shown["us"]
+        self.assertIn("Q0, kN", si["units"])
+        self.assertIn("Q0, lbf|", us["units"])
+        self.assertAlmostEqual(us["load"], si["load"] * 1e3 / 4.4482216, delta=2)
+        self.assertIn(" in of way", us["note"])
+        inch, force = 0.0254, 4.4482216152605
+        factors = {("kN", "lbf"): 1e3 / force, ("mm", "in"): 1e-3 / inch, ("m", "in"): 1 / inch, ("1/km", "1/in"): 1e-3 * inch, ("J/m", "lbf in/in"): 1 / force}
+        for (name, unit, over, x, y), (same, other, along, u, v) in zip(si["figures"], us["figures"]):
+            self.assertEqual(name, same)
+            self.assertAlmostEqual(v, y * factors.get((unit, other), 1), delta=1e-6 * abs(v) + 1e-12, msg=name)
+            self.assertAlmostEqual(u, x * factors.get((over, along), 1), delta=1e-6 * abs(u), msg=name)
+        self.assertEqual({unit for _, unit, _, _, _ in us["figures"]} & {"kN", "mm", "m", "1/km"}, set())
+        self.assertEqual({unit for _, unit, _, _, _ in si["figures"]} & {"lbf", "in"}, set())
+
     def test_same_bytes(self):
         first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
         again = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()

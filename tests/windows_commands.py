@@ -104,13 +104,14 @@ TIME = re.compile(rb"(?<![\w.])[\d.]+(?:e[-+]?\d+)?\s+(?:us|ms|s)(?=,?\s+(?:of p
                   rb"|(?<= times, )[\d.]+(?:e[-+]?\d+)? s\b|\"(?:cpu|wall|build)_s\": *[^,}\n]+")
 ESTIMATE = re.compile(rb"estimated.error|convergence|drift|residual|within", re.I)
 ICON = re.compile(rb"(?<=sources only, )\d+ kB|\d+ files inside")  # Linux has librsvg, which draws a bitmap of the icon
+BACKEND = re.compile(rb", back end tape(?=[;,\n])|\"backend\": *\"(?:native|tape)\",?\s*")  # what ran, on a machine without machine code
 TOKEN = re.compile(rb"(?:instantiationToken|guid|generationDateAndTime)=\"[^\"]*\"", re.I)
 
 
 def shared(text, printed):
     """A text without what two runs do not share."""
     text = re.sub(rb"\n {10}(?=\S)", b" ", text) if printed else text  # a time of more digits breaks lines elsewhere
-    text = TOKEN.sub(b"", TIME.sub(b"TIME", text))
+    text = TOKEN.sub(b"", TIME.sub(b"TIME", BACKEND.sub(b"", text)))
     text = ICON.sub(b"SIZE", text) if printed else text
     return b"\n".join(b"ESTIMATE" if ESTIMATE.search(line) else line for line in text.split(b"\n")) if printed else text
 

@@ -204,6 +204,21 @@ class Workbench(Served):
             request = {"session": first["session"], "text": None, "q": None, "body": "coupler", "point": [0, 0, 0], "target": [0, 0, 0], **wrong}
             self.assertEqual(self.ask("drag", request)[0], 400, wrong)
 
+    def test_drag_with_an_included_file(self):
+        """The same text is another mechanism after a change of a file that it includes, and the same one after none."""
+        text = "kempe: 1\nname: x\ninclude:\n  - file: arm.yaml\n    prefix: a_\n"
+        arm = "kempe: 1\nbodies:\n  arm: {joint: {name: turn, revolute: z, at: ground}, mass: 1, points: {P: [1, 0, 0]}}\n  fore: {joint: {name: bend, revolute: z, at: arm.P}, mass: 1, inertia: {zz: 1}}\n"
+        numbers, places = [], []
+        for length in (1, 1, 2, 1):
+            (self.within / "arm.yaml").write_text(arm.replace("P: [1", f"P: [{length}"))
+            status, body = self.ask("drag", {"session": None, "text": text, "q": None, "body": None})
+            told = json.loads(body)
+            self.assertEqual(status, 200, told)
+            numbers.append(told["session"])
+            places.append(told["poses"]["a_fore"]["position"][0])
+        self.assertEqual(places, [1, 1, 2, 1])
+        self.assertEqual([numbers[0] == number for number in numbers], [True, True, False, True])
+
     def converse(self, text, method, place, path=None, **more):
         """The messages of a conversation with the language server, with a question about a place of a text."""
         uri = pathlib.Path(path or json.loads(self.ask("file")[1])["path"]).as_uri()

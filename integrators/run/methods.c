@@ -191,7 +191,6 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
 static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec)
 {
     const char *linear = or_default(spec->linear, AUTO);
-    const kmp_backend *backend = kmp_backend_find(or_default(spec->backend, kmp_backend_default()));
     spec->linear = kmp_linear_find(linear);
     if (!spec->linear)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", linear,
@@ -204,9 +203,9 @@ static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "linear solver '%s': integrator '%s' uses none of these, choose integrator 'ida'", spec->linear,
                         spec->integrator);
+    const kmp_backend *backend = kmp_backend_choose(system->context, spec->backend);
     if (!backend)
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", spec->backend,
-                        kmp_backend_names());
+        return KEMPE_E_ARGUMENT;
     spec->backend = backend->name;
     return KEMPE_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The list of back ends, and calls through their five functions. */
 #include "backend/machine.h"
+#include "backend/native.h"
 #include "base/memory.h"
 #include <string.h>
 
@@ -21,6 +22,28 @@ const kmp_backend *kmp_backend_find(const char *name)
         if (strcmp(backends[k]->name, name) == 0)
             return backends[k];
     return NULL;
+}
+
+const kmp_backend *kmp_backend_choose(kempe_context *context, const char *name)
+{
+    const kmp_backend *found = kmp_backend_find(name ? name : kmp_backend_default());
+    if (!found)
+        (void)kmp_fail(context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", name, kmp_backend_names());
+    if (!found || !found->native || kmp_native_runs())
+        return found;
+    if (name)
+        kmp_log(
+            context, KEMPE_LOG_WARNING,
+            "back end '%s': there is no machine code here, which needs AVX and FMA on x86-64, or arm64; the tape runs, "
+            "with the same numbers in more time",
+            name);
+    return &kmp_backend_tape;
+}
+
+void kmp_backend_print(kmp_text *text, const char *name)
+{
+    if (strcmp(name, kmp_backend_default()) != 0)
+        kmp_text_printf(text, ", back end %s", name);
 }
 
 const char *kmp_backend_default(void)

@@ -3,6 +3,8 @@
  * functions; it is hidden from callers. */
 #pragma once
 
+#include "base/context.h"
+#include "base/text.h"
 #include "base/thread_pool.h"
 #include "symbolic/program.h"
 
@@ -33,6 +35,11 @@ typedef struct kmp_backend {
 const kmp_backend *kmp_backend_find(const char *name);
 /** The name of the variant for many runs of one program: the first row. */
 const char *kmp_backend_default(void);
+/** The back end that runs for a name (NULL: the default): the tape where this machine runs no machine code, with a
+ * warning if it was asked for. NULL after a message: there is no such back end. */
+const kmp_backend *kmp_backend_choose(kempe_context *context, const char *name);
+/** ", back end tape": of a back end other than the default one, otherwise nothing. */
+void kmp_backend_print(kmp_text *text, const char *name);
 /** All names, with commas between. */
 const char *kmp_backend_names(void);
 

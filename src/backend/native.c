@@ -5,7 +5,9 @@
 #include "backend/native.h"
 #include "backend/prepared.h"
 #include "base/memory.h"
+#include "platform/platform.h"
 #include <math.h>
+#include <stdatomic.h>
 
 typedef struct native {
     kmp_frame frame;             /* first, as in the tape */
@@ -97,6 +99,20 @@ static void run(void *code, int stage)
 
 const kmp_backend kmp_backend_native = {"native",          prepare,         release, kmp_frame_set, run,
                                         kmp_frame_outputs, kmp_frame_count, share,   true,          NULL};
+
+bool kmp_native_runs(void)
+{
+    static atomic_int known; /* 1: it runs, -1: it does not */
+    int runs = atomic_load(&known);
+    if (runs == 0) {
+        const double code = 0; /* only its pages count, it does not run */
+        void *pages = kmp_code_runs(KMP_CODE_ONE) ? kmp_pages_new(&code, sizeof code) : NULL;
+        runs = pages ? 1 : -1;
+        kmp_pages_free(pages, sizeof code);
+        atomic_store(&known, runs);
+    }
+    return runs > 0;
+}
 
 /* -- tape first, then machine code ----------------------------------------------------------------------- */
 

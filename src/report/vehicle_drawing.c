@@ -5,6 +5,8 @@
 #include "base/memory.h"
 #include "model/data/compliant.h"
 #include "model/data/model.h"
+#include "model/language/dimension.h"
+#include "output/print.h"
 #include "rail/model/wheel_words.h"
 #include "rail/running_safety.h"
 #include "studies/simulate/observed.h"
@@ -162,6 +164,27 @@ static void put_axles(kmp_json *json, const kempe_model *model, const kmp_runnin
     kmp_free(room);
 }
 
+/* The units of the page, each with the factor of its numbers in SI. */
+static void put_units(kmp_json *json, const kempe_context *context)
+{
+    static const struct {
+        const char *key, *unit;
+        kmp_shown customary;
+    } shown[] = {{"force", "N", {"kN", 1e-3}},
+                 {"way", "m", {"m", 1}},
+                 {"aside", "m", {"mm", 1e3}},
+                 {"wear", "J/m", {"J/m", 1}},
+                 {"curvature", "1/m", {"1/km", 1e3}},
+                 {"angle", "rad", {"deg", 360 / KMP_TURN}},
+                 {"acceleration", "m/s^2", {"m/s^2", 1}}};
+    kmp_json_object(json, "units");
+    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++) {
+        const kmp_shown as = kmp_print_customary(context, shown[k].unit, shown[k].customary);
+        kmp_json_put(json, "%s { unit %s factor %g }", shown[k].key, as.unit, as.factor);
+    }
+    kmp_json_end(json);
+}
+
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
 {
     const kmp_running_safety *s = run ? run->judged : NULL;
@@ -170,6 +193,7 @@ void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kemp
     const kempe_model *model = run->system->model;
     kmp_safety_judge.json(json, model, s);
     kmp_json_put(json, "vehicle { loads %s stride %d", kmp_safety_loads_from(s), stride_of(s));
+    put_units(json, model->context);
     put_samples(json, "t", s, s->t);
     put_wheels(json, s);
     put_axles(json, model, s);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Dragging by requests in JSON: each text of a model is prepared once, and the last few are kept. */
+/* Dragging by requests in JSON: each text of a model, with the files that it names, is prepared once, and the last few
+ * are kept. */
 #include "base/json.h"
 #include "base/memory.h"
 #include "language_server/json_value.h"
@@ -15,12 +16,11 @@
 
 enum { MOST_SESSIONS = 4, MOST_DRAGGED = 1000 };
 
-/* A text with its prepared mechanism. */
+/* A model with its prepared mechanism. */
 typedef struct session {
-    long number; /* from 1 on; 0: none */
-    long used;   /* the request that used it last */
-    char *text;
-    kempe_model *model;
+    long number;        /* from 1 on; 0: none */
+    long used;          /* the request that used it last */
+    kempe_model *model; /* with the digest of its text and of all files that it names */
     kempe_system *system;
     kmp_dragging *dragging;
 } session;
@@ -38,7 +38,6 @@ static void free_session(session *s)
     kmp_dragging_free(s->dragging);
     kempe_system_free(s->system);
     kempe_model_free(s->model);
-    kmp_free(s->text);
     *s = (session){0};
 }
 
@@ -68,37 +67,36 @@ void kempe_drag_free(kempe_drag *d)
 
 /* -- sessions ---------------------------------------------------------------------------------------- */
 
+/* The mechanism of a session whose model has been read. */
 static kempe_status prepare(kempe_drag *d, session *s)
 {
-    KMP_TRY(kempe_context_set_text(d->context, d->file, s->text));
-    kempe_status status = kempe_model_read(d->context, d->file, &s->model);
-    if (status == KEMPE_OK && s->model->motion_count > MOST_DRAGGED)
+    if (s->model->motion_count > MOST_DRAGGED)
         return kmp_fail(d->context, KEMPE_E_INPUT,
                         "a model of %d coordinates is too large to be dragged, which needs %d at most: run a study",
                         s->model->motion_count, MOST_DRAGGED);
-    if (status == KEMPE_OK)
-        status = kempe_system_new_with_algorithm(s->model, "plain", &s->system);
-    if (status == KEMPE_OK)
-        status = kmp_dragging_new(s->system, &s->dragging);
-    return status;
+    KMP_TRY(kempe_system_new_with_algorithm(s->model, "plain", &s->system));
+    return kmp_dragging_new(s->system, &s->dragging);
 }
 
-/* The session of a text, made where there is none, in the place of the one that was not used for the longest time. */
+static bool has_digest_of(const session *s, const kempe_model *model)
+{
+    return s->number > 0 && memcmp(s->model->source.digest, model->source.digest, sizeof model->source.digest) == 0;
+}
+
+/* The session of a text with all files that it names, made where there is none, in the place of the one that was not
+ * used for the longest time. */
 static kempe_status session_of_text(kempe_drag *d, const char *text, session **found)
 {
-    session *oldest = &d->sessions[0];
+    session made = {0}, *oldest = &d->sessions[0];
+    KMP_TRY(kempe_context_set_text(d->context, d->file, text));
+    KMP_TRY(kempe_model_read(d->context, d->file, &made.model));
+    *found = NULL;
     for (session *s = d->sessions; s < d->sessions + MOST_SESSIONS; s++) {
-        if (s->number > 0 && strcmp(s->text, text) == 0) {
-            *found = s;
-            return KEMPE_OK;
-        }
+        *found = has_digest_of(s, made.model) ? s : *found;
         oldest = s->used < oldest->used ? s : oldest;
     }
-    session made = {.text = kmp_strdup(text)};
-    kempe_status status = kmp_made(d->context, made.text);
-    if (status == KEMPE_OK)
-        status = prepare(d, &made);
-    if (status != KEMPE_OK) {
+    kempe_status status = *found ? KEMPE_OK : prepare(d, &made);
+    if (*found || status != KEMPE_OK) {
         free_session(&made);
         return status;
     }

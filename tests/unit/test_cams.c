@@ -522,6 +522,49 @@ static void a_sweep_passes_a_narrow_nose(void)
     kmp_table_free(polar);
 }
 
+/* A rod from the knife to a rocker reaches the foot of a narrower nose, but not its tip: a range without a row on the
+ * nose ends in a dead centre at its side. */
+static void a_sweep_stops_at_a_narrow_nose_between_rows(void)
+{
+    enum { PLACES = 721 };
+    const double tip = 0.04, rod = 0.045, pivot = -0.05;
+    static char text[65536], model[70000];
+    static double x[PLACES], y[PLACES];
+    for (int k = 0; k < PLACES; k++)
+        y[k] = 0.03 + 0.01 * exp(-pow((2 * pi * k / (PLACES - 1) - 3) / 0.015, 2));
+    write_polar(text, sizeof text, PLACES, x, y);
+    (void)snprintf(
+        model, sizeof model,
+        "kempe: 1\n%sground: {points: {G: [%g, 0, 0]}}\nbodies:\n"
+        "  s: {joint: {name: turn, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, "
+        "0]}}\n"
+        "  v: {joint: {name: lift, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+        "  r: {joint: {name: rocker, revolute: z, at: ground.G}, mass: 1, inertia: {zz: 1}, points: {T: [%g, "
+        "0, 0]}}\n"
+        "loops: {cam: {follower: v.P, knife: yes, on: {outline: disc, at: s.C}}, rod: {rod: [v.P, r.T], "
+        "length: %g}}\nstart: {q: {lift: 0.03, rocker: 0.5}, hold: [turn]}\n",
+        text, pivot, tip, rod);
+    kmp_table *polar = kmp_table_new(KMP_TABLE_PERIODIC, PLACES, x, y);
+    double low = 2.9, high = 3; /* of the polar angle at which the rod is straight; the turn is opposite to it */
+    for (int k = 0; k < 60; k++)
+        *(kmp_table_value(polar, 0, (low + high) / 2) < tip + rod + pivot ? &low : &high) = (low + high) / 2;
+    loaded l = load_text(model);
+    static const char *const ranges[] = {"turn=0 rad:-6 rad:2", "turn=0 rad:-6 rad:4", "turn=-0.7 rad:-5 rad:2"};
+    for (int i = 0; i < 3; i++) {
+        kempe_kinematics *k = NULL;
+        kempe_table *dead = NULL;
+        const kempe_kinematics_options ask = {.sweep = ranges[i]};
+        CHECK(l.system && kempe_kinematics_new(l.system, &ask, &k) == KEMPE_STOPPED &&
+              kempe_kinematics_table(k, "dead_centres", &dead) == KEMPE_OK && kempe_table_row_count(dead) == 1);
+        if (dead && kempe_table_row_count(dead) == 1)
+            CHECK_NEAR(kempe_table_number(dead, 0, kempe_table_find(dead, "value")), -low, 1e-10);
+        kempe_table_free(dead);
+        kempe_kinematics_free(k);
+    }
+    unload(&l);
+    kmp_table_free(polar);
+}
+
 /* A nose between two nodes of the search, narrower than their distance, and noise under a flat face: the search misses
  * the place of contact. */
 static void abrupt_profiles_are_refused(void)
@@ -1106,6 +1149,7 @@ int main(void)
     TEST(a_path_is_exact);
     TEST(random_profiles_are_found);
     TEST(a_sweep_passes_a_narrow_nose);
+    TEST(a_sweep_stops_at_a_narrow_nose_between_rows);
     TEST(abrupt_profiles_are_refused);
     TEST(a_geared_cam_drives_a_rocker);
     TEST(forces_have_their_digits);

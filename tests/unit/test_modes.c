@@ -3,6 +3,7 @@
 /* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
  * against simulations that begin on one; and what becomes of them when a parameter varies. */
 #include "analyses/modes/locus.h"
+#include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
 #include "base/text.h"
@@ -764,6 +765,33 @@ static void a_bushing_turned_by_half_a_turn_is_told(void)
     unload(&m);
 }
 
+/* Shares that are equal but for rounding keep the order of their coordinates, also on both sides of a number that
+ * decimal rounding divides; other shares are sorted. */
+static void equal_shares_are_in_order(void)
+{
+    enum { N = 6 };
+    static const struct {
+        double share[N];
+        int order[N], count;
+    } cases[] = {
+        {{0.1, 0.2500005, 0.4, 0.2500005, 0, 0}, {2, 1, 3, 0}, 4},
+        {{0.1, 0.2500005 * (1 - 1e-15), 0.4, 0.2500005 * (1 + 1e-15), 0, 0}, {2, 1, 3, 0}, 4},
+        {{0.1, 0.2500005 * (1 + 1e-15), 0.4, 0.2500005 * (1 - 1e-15), 0, 0}, {2, 1, 3, 0}, 4},
+        {{0.25 * (1 - 1.5e-6), 0.25 * (1 - 0.8e-6), 0.25, 0.25 * (1 - 0.8e-6 - 1e-4), 0, 0}, {0, 1, 2, 3}, 4},
+        {{0.25, 0.25 * (1 + 1e-4), -0.3, 0.3 * (1 + 1e-14), 0.3 * (1 - 1e-14), -0.1}, {2, 3, 4, 1, 0, 5}, 6},
+        {{0.02 * (1 - 1e-15), 0.02 * (1 + 1e-15), 0.0199, 0.94, 0, 0}, {3, 0, 1}, 3},
+        {{0}, {0}, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        for (int most = 0; most <= N; most++) {
+            int order[N];
+            const int count = kmp_modes_order_shares(N, cases[i].share, most, order);
+            CHECK(count == (cases[i].count < most ? cases[i].count : most));
+            for (int k = 0; k < count; k++)
+                CHECK(order[k] == cases[i].order[k]);
+        }
+}
+
 int main(void)
 {
     TEST(a_quarter_car_is_its_quartic);
@@ -781,6 +809,7 @@ int main(void)
     TEST(a_wagon_that_rolls_is_steady);
     TEST(a_tram_runs_with_any_choice_of_its_way);
     TEST(curves_that_cross_go_on_as_themselves);
+    TEST(equal_shares_are_in_order);
     TEST(buckling_is_found_by_halves);
     TEST(what_is_asked_wrongly_is_told);
     TEST(a_bushing_turned_by_half_a_turn_is_told);

@@ -106,7 +106,9 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
             kmp_text_printf(text, "%s %s", k ? "," : "", name_of(r, r->start_u[k]));
         kmp_text_put(text, "\n");
     }
-    kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
+    kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation", 1e3 * r->cpu_s, 1e3 * r->build_s);
+    kmp_backend_print(text, r->backend);
+    kmp_text_put(text, "\n");
 }
 
 static void show(kmp_text *text, const void *result)
@@ -246,7 +248,7 @@ static void json(kmp_text *text, const void *result)
     kmp_reactions_json(&j, &r->reactions);
     kmp_json_put(&j, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
-    kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
+    kmp_json_put(&j, "backend %s cpu_s %g }", r->backend, r->cpu_s);
 }
 
 KMP_PRINT(kempe_inverse, inverse, inverse->system->context, json, show)

@@ -335,9 +335,12 @@ static kempe_status prepare_states(job *j)
 static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at_rest)
 {
     const kempe_inverse *r = j->r;
-    const char *backend = j->options->backend ? j->options->backend : kmp_backend_default();
-    KMP_TRY(
-        kmp_prescribed_motion_init(&j->prescribed, j->system, backend, table, at_rest, r->start_u, r->start_u_count));
+    const kmp_backend *backend = kmp_backend_choose(j->context, j->options->backend);
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
+    j->r->backend = backend->name;
+    KMP_TRY(kmp_prescribed_motion_init(&j->prescribed, j->system, backend->name, table, at_rest, r->start_u,
+                                       r->start_u_count));
     return kmp_inverse_init(&j->inverse, j->prescribed.eval, r->a, r->actuator, r->weight);
 }
 

@@ -22,6 +22,7 @@ struct kempe_inverse {
     kempe_status status;
     char *reason;   /* "" when ok */
     char *warnings; /* of the computation, one per line */
+    const char *backend;
     kmp_inverse_motion motion;
     char *source; /* the table's path; NULL: none */
     int n, m, loops, a;

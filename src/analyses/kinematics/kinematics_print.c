@@ -159,9 +159,10 @@ static void show_all(kmp_text *text, const void *result)
             kmp_output_print(text, model, &model->outputs[o]);
         }
     kmp_text_put(text, listed ? "\n" : "");
-    kmp_text_printf(text,
-                    "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times, %.2g s\n",
-                    k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+    kmp_text_printf(text, "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times",
+                    k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges);
+    kmp_backend_print(text, k->backend);
+    kmp_text_printf(text, ", %.2g s\n", k->cpu_s);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -220,8 +221,8 @@ static void json_all(kmp_text *text, const void *result)
         kmp_output_print(&name, model, &model->outputs[o]);
         kmp_json_text(&j, NULL, &name);
     }
-    kmp_json_put(&j, "] work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
-                 k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+    kmp_json_put(&j, "] work { backend %s steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->backend,
+                 k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 
 KMP_PRINT(kempe_kinematics, kinematics, kinematics->system->context, json_all, show_all)

@@ -697,15 +697,15 @@ static kempe_status run(job *j, const kempe_kinematics_options *options, kmp_def
 {
     kempe_kinematics *k = j->k;
     const kempe_system *s = k->system;
-    const char *backend = options->backend ? options->backend : kmp_backend_default();
-    if (!kmp_backend_find(backend))
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend,
-                        kmp_backend_names());
+    const kmp_backend *backend = kmp_backend_choose(s->context, options->backend);
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
+    k->backend = backend->name;
     KMP_TRY(kmp_assembly_at_start(s, &j->assembly));
     j->zero = KMP_ARENA_NEW(&k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&k->arena, double, k->parameter_count);
     KMP_TRY(kmp_made(s->context, !k->arena.failed));
-    KMP_TRY(kmp_sweep_init(&j->sweep, s, backend, k->released));
+    KMP_TRY(kmp_sweep_init(&j->sweep, s, k->backend, k->released));
     /* Sweeps from the assembled state q. */
     const double *q = j->assembly->q;
     for (int i = 0; i < k->parameter_count; i++) {

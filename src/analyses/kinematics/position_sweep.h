@@ -33,6 +33,7 @@ struct kempe_kinematics {
     const kempe_system *system;
     kmp_arena arena; /* of all but warnings and change points */
     kempe_status status;
+    const char *backend;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one per line */
     int parameter_count, driven;

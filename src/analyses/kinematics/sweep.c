@@ -2,6 +2,7 @@
 /* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
  * across it, step control by the angle of tangents and the convergence of corrections. */
 #include "analyses/kinematics/sweep.h"
+#include "analyses/kinematics/path_bounds.h"
 #include "analyses/parts/closed_state.h"
 #include "base/arena.h"
 #include "base/bracket.h"
@@ -345,8 +346,9 @@ static bool find_derivatives(kmp_sweep *w, const kmp_sweep_pose *pose, double *q
  * of its fastest change. */
 #define SLOW 0.05
 
-/* SAMPLES: the number of intervals of time in the search for rows that move. */
-enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
+/* SAMPLES: the number of intervals of time in the search for rows that move. SAMPLED: of a longest step, the pieces at
+ * whose ends h is compared where it has no bounds. */
+enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7, SAMPLED = 64 };
 
 /* -- making and standing ----------------------------------------------------------------------------- */
 
@@ -376,6 +378,11 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
                                  &sweep->between.x, &sweep->between.dx, &sweep->entry.x, &sweep->entry.dx, &sweep->unit,
                                  &sweep->drift, &sweep->dx, &sweep->xs, &sweep->xss),
                         KMP_ROOM(double, m, &sweep->jd), KMP_ROOM(double, system->jacobian.count, &sweep->masked))) {
+        kmp_sweep_free(sweep);
+        return kmp_fail_memory(system->context);
+    }
+    sweep->path = kmp_path_bounds_new(sweep);
+    if (!sweep->path) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
@@ -531,35 +538,19 @@ kempe_status kmp_sweep_along(kmp_sweep *w, int count, const kmp_sweep_parameter 
 
 /* -- between two poses ------------------------------------------------------------------------------- */
 
-/* A stretch of the curve from a to b, by the offset along a's tangent. */
-typedef struct stretch {
-    const kmp_sweep_pose *a, *b;
-    double length, slant; /* offset of b; cosine of the tangents */
-} stretch;
-
-static stretch between(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
+static kmp_stretch between(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
 {
-    return (stretch){a, b, offset_along(w, a, b), cosine_between(w, a, b)};
+    return (kmp_stretch){a, b, offset_along(w, a, b), cosine_between(w, a, b)};
 }
 
-/* Hermite's cubic of x_i at a part of the length; derivative by the offset, of order 0, 1 or 2. */
-static double hermite(const stretch *e, int i, double part, int order)
-{
-    double a = e->a->x[i], b = e->b->x[i], l = e->length, d0 = e->a->dx[i] * l, d1 = e->b->dx[i] / e->slant * l,
-           c2 = 3 * (b - a) - 2 * d0 - d1, c3 = 2 * (a - b) + d0 + d1;
-    if (order == 0)
-        return a + part * (d0 + part * (c2 + part * c3));
-    return order == 1 ? (d0 + part * (2 * c2 + 3 * part * c3)) / l : (2 * c2 + 6 * part * c3) / (l * l);
-}
-
-static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, double *x)
+static void x_at(const kmp_sweep *w, const kmp_stretch *e, double part, int order, double *x)
 {
     for (int i = 0; i <= w->n; i++)
-        x[i] = hermite(e, i, part, order);
+        x[i] = kmp_stretch_x(e, i, part, order);
 }
 
 /* The closed pose at a part of the length, with its tangent, in between. */
-static bool pose_at(kmp_sweep *w, const stretch *e, double part)
+static bool pose_at(kmp_sweep *w, const kmp_stretch *e, double part)
 {
     double first, ratio;
     kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
@@ -568,12 +559,12 @@ static bool pose_at(kmp_sweep *w, const stretch *e, double part)
 }
 
 /* The part of the cubic at which s is reached: s is monotonic, and may be the s of the end. */
-static double guess_part(const kmp_sweep *w, const stretch *e, double s)
+static double guess_part(const kmp_sweep *w, const kmp_stretch *e, double s)
 {
     double from = e->a->x[w->n] - s, to = e->b->x[w->n] - s, part;
     kmp_bracket bracket = kmp_bracket_of(0, from, 1, to);
     while (kmp_bracket_next(&bracket, DBL_EPSILON, &part)) {
-        double off = hermite(e, w->n, part, 0) - s;
+        double off = kmp_stretch_x(e, w->n, part, 0) - s;
         kmp_bracket_take(&bracket, part, off, to > from ? off >= 0 : off <= 0);
     }
     return bracket.far;
@@ -581,7 +572,7 @@ static double guess_part(const kmp_sweep *w, const stretch *e, double s)
 
 /* A sign change of f between 0 and 1, closed poses only, to rounding. f: ds, or s less a target. The pose is in
  * between. */
-static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
+static bool enclose(kmp_sweep *w, const kmp_stretch *e, bool turn, double s)
 {
     int n = w->n;
     double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
@@ -605,7 +596,7 @@ static double pace(const kmp_sweep *w, const kmp_sweep_pose *pose)
 }
 
 /* The state at s, on this stretch, in between. false: the branch has been lost. */
-static bool land(kmp_sweep *w, const stretch *e, double s)
+static bool land(kmp_sweep *w, const kmp_stretch *e, double s)
 {
     double first, ratio;
     kmp_sweep_target target = {.s = s};
@@ -643,13 +634,13 @@ static kempe_status refresh(kmp_sweep *w)
 }
 
 /* True if s is monotonic between the ends, or its rate changes sign: at most one turn. */
-static bool turns_once(const kmp_sweep *w, const stretch *e)
+static bool turns_once(const kmp_sweep *w, const kmp_stretch *e)
 {
     bool down = e->a->dx[w->n] < 0;
     if (down != (e->b->dx[w->n] < 0))
         return true;
     for (int k = 1; k < 8; k++)
-        if ((hermite(e, w->n, k / 8.0, 1) < 0) != down)
+        if ((kmp_stretch_x(e, w->n, k / 8.0, 1) < 0) != down)
             return false;
     return true;
 }
@@ -669,8 +660,10 @@ static verdict try_step(kmp_sweep *w, const kmp_sweep_pose *from, double step, b
     if (!find_tangent(w, to, from) || cosine_between(w, from, to) < LEAST_COSINE)
         return BAD;
     bool same = leap || !w->red.block || kmp_block_has_signs(w->red.block, w->signs);
-    stretch e = between(w, from, to);
-    return !turns_once(w, &e) ? BAD : same ? GOOD : SIGN;
+    kmp_stretch e = between(w, from, to);
+    if (!turns_once(w, &e) || (!leap && same && !kmp_path_is_followed(w, &e, longest_step(w) / SAMPLED)))
+        return BAD;
+    return same ? GOOD : SIGN;
 }
 
 /* Steps straight across a change point, from the last state well before it; farther where it lies deeper. */
@@ -735,7 +728,7 @@ static void give(trace *y, double *x)
 }
 
 /* Derivatives by s of the cubic, where no state can be closed. */
-static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
+static void differentiate_cubic(kmp_sweep *w, const kmp_stretch *e, double s)
 {
     double part = guess_part(w, e, s);
     x_at(w, e, part, 0, w->between.x);
@@ -749,7 +742,7 @@ static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
 }
 
 /* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
-static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
+static bool give_rows(trace *y, const kmp_stretch *e, double limit, bool crossing)
 {
     kmp_sweep *w = y->w;
     const kmp_sweep_task *t = y->task;
@@ -783,7 +776,7 @@ static kmp_sweep_end shorten(trace *y, double h)
 }
 
 /* Moves to s_end, within the stretch of a step h. */
-static kmp_sweep_end arrive(trace *y, const stretch *e, double h)
+static kmp_sweep_end arrive(trace *y, const kmp_stretch *e, double h)
 {
     kmp_sweep *w = y->w;
     if (!land(w, e, y->task->s_end) || !find_tangent(w, &w->between, e->a))
@@ -803,7 +796,7 @@ static kmp_sweep_end cross(trace *y, double margin)
     kmp_sweep *w = y->w;
     if (!leap(w) || !goes_on(y))
         return KMP_SWEEP_LOST;
-    stretch e = between(w, &w->entry, &w->next);
+    kmp_stretch e = between(w, &w->entry, &w->next);
     double gone = offset_along(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
     double part = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
     (void)give_rows(y, &e, w->next.x[w->n], true);
@@ -843,7 +836,7 @@ static kmp_sweep_end go_on(trace *y)
     w->last_margin = margin;
     if (!goes_on(y)) {
         /* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
-        stretch e = between(w, &w->here, &w->next);
+        kmp_stretch e = between(w, &w->here, &w->next);
         if (!enclose(w, &e, true, 0))
             return shorten(y, h);
         pose_copy(w, &w->between, &w->next);
@@ -858,7 +851,7 @@ static kmp_sweep_end go_on(trace *y)
         give_dead(y);
         return KMP_SWEEP_DEAD;
     }
-    stretch e = between(w, &w->here, &w->next);
+    kmp_stretch e = between(w, &w->here, &w->next);
     double s = w->next.x[w->n];
     if (!give_rows(y, &e, s, false))
         return shorten(y, h);

@@ -17,6 +17,8 @@ typedef struct kmp_sweep_parameter {
     double from, to;
 } kmp_sweep_parameter;
 
+typedef struct kmp_path_bounds kmp_path_bounds; /* analyses/kinematics/path_bounds.h */
+
 /** A state x = (q, s) on the curve and the unit tangent there, in the sweep's units. */
 typedef struct kmp_sweep_pose {
     double *x, *dx; /* n + 1 */
@@ -54,6 +56,7 @@ typedef struct kmp_sweep {
     double last_margin, last_step;      /* change of the margin */
     double fastest;                     /* the greatest share of s in the motion so far */
     kmp_sweep_effort effort;
+    kmp_path_bounds *path;
 } kmp_sweep;
 
 /** `closures`: the ones that are released. KEMPE_E_MEMORY. */

@@ -493,10 +493,12 @@ static int list_slopes(kmp_channels *c, const char **names, int *place, int *par
 
 static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
 {
-    const char *backend = options->backend ? options->backend : kmp_backend_default();
+    const kmp_backend *backend = kmp_backend_choose(c->system->context, options->backend);
     int parameters;
     unsigned *parts = NULL;
     kmp_output_source *source = NULL;
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
     KMP_TRY(options->inputs ? kmp_requested_inputs_read(c->system->model, options->inputs, &c->inputs) : KEMPE_OK);
     bool none = !options->outputs && c->inputs.count == 0;
     const char **names = KMP_ARENA_NEW(&c->arena, const char *, KMP_TIME_NUMBERS * c->inputs.count);
@@ -514,7 +516,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
     KMP_TRY(kmp_made(c->system->context, wish));
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
-    KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
+    KMP_TRY(kmp_linear_init(&c->linear, c->system, backend->name));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
     kempe_status status = judge_rest(c, wish, wish_count);
     if (status == KEMPE_E_FAILED && !*kempe_context_message(c->system->context))
@@ -525,7 +527,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(status);
     kmp_linear_doubt_state(&c->linear);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
-    KMP_TRY(kmp_slopes_new(c->system, backend, count, names, forces || c->outputs.count > 0, &c->slopes));
+    KMP_TRY(kmp_slopes_new(c->system, backend->name, count, names, forces || c->outputs.count > 0, &c->slopes));
     KMP_TRY(transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));
     KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));
     transfer_eval(&c->transfer);

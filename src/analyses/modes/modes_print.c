@@ -17,7 +17,9 @@ enum { MOST_MOVERS = 4, MOST_RANGES = 6, MOST_NAMES = 12, INDENT = 4 };
 
 /* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
 #define LEAST_SHARE 0.02
-#define LEAST_PART  1e-9
+/* Shares that differ by no more than this part of the larger one are equal but for rounding. */
+#define EQUAL_SHARES 1e-6
+#define LEAST_PART   1e-9
 
 static const char *name_of(const kempe_modes *m, int coordinate)
 {
@@ -26,32 +28,38 @@ static const char *name_of(const kempe_modes *m, int coordinate)
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
-/* The size of a share without the digits of rounding: in a symmetric mode both sides have equal shares. */
-static double size_of(double share)
+/* The largest |share| below `limit`; 0: there is none. */
+static double largest_below(int n, const double *share, double limit)
 {
-    return round(1e6 * fabs(share)) / 1e6;
+    double most = 0;
+    for (int k = 0; k < n; k++)
+        most = fabs(share[k]) < limit && fabs(share[k]) > most ? fabs(share[k]) : most;
+    return most;
+}
+
+int kmp_modes_order_shares(int n, const double *share, int most, int *order)
+{
+    int count = 0;
+    double above = INFINITY, high, low, next;
+    while (count < most && (high = largest_below(n, share, above)) >= LEAST_SHARE * (1 - EQUAL_SHARES)) {
+        for (low = high; (next = largest_below(n, share, low)) >= low * (1 - EQUAL_SHARES) && next > 0;)
+            low = next;
+        for (int k = 0; k < n && count < most; k++)
+            if (fabs(share[k]) >= low && fabs(share[k]) <= high)
+                order[count++] = k;
+        above = low;
+    }
+    return count;
 }
 
 /* Shares add up to 1; coordinates that move against each other with a common inertia have one below zero. */
 static void put_movers(kmp_text *text, const kempe_modes *m, int c, int most)
 {
     const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
-    double last = INFINITY;
-    int last_k = -1;
-    for (int reported = 0; reported < most; reported++) {
-        int best = -1;
-        for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
-            const double size = size_of(share[k]);
-            bool later = size < last || (size == last && k > last_k);
-            if (later && size >= LEAST_SHARE && (best < 0 || size > size_of(share[best])))
-                best = k;
-        }
-        if (best < 0)
-            return;
-        kmp_text_printf(text, "%s%s %.0f %%", reported ? ", " : "", name_of(m, best), 100 * share[best]);
-        last = size_of(share[best]);
-        last_k = best;
-    }
+    int order[MOST_MOVERS];
+    const int count = kmp_modes_order_shares(m->modes.n, share, most, order);
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%s %.0f %%", k ? ", " : "", name_of(m, order[k]), 100 * share[order[k]]);
 }
 
 void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)

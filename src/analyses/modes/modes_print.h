@@ -9,6 +9,12 @@
 /** The form in which results show values of the number that varies. */
 kmp_shown kmp_modes_shown(const kempe_modes *modes);
 
+/** The coordinates with the largest shares in a mode of n, of at least 2 %, up to `most`; returns their number.
+ * Shares that are equal but for rounding, as of both sides of a symmetric mode, are in the order of their coordinates:
+ * each share belongs to the next larger one if it is less by no more than a small part of it, whatever their last
+ * digits. */
+int kmp_modes_order_shares(int n, const double *share, int most, int *order);
+
 /** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
 void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
 

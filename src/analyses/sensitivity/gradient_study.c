@@ -331,7 +331,9 @@ static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_ope
 
 static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *options)
 {
-    const char *backend = options->backend ? options->backend : kmp_backend_default();
+    const kmp_backend *backend = kmp_backend_choose(g->context, options->backend);
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
     int *driven = KMP_ARENA_NEW(&g->arena, int, model->motion_count);
     kmp_operating *start = NULL;
     g->count = kmp_text_words(&g->arena, options->parameters, &g->parameter);
@@ -342,8 +344,8 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     g->n = g->system->n;
     g->m = g->system->m;
     g->states = g->system->model->state_count;
-    KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
-    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, (const char *const *)g->parameter, true, &g->slopes));
+    KMP_TRY(kmp_linear_init(&g->linear, g->system, backend->name));
+    KMP_TRY(kmp_slopes_new(g->system, backend->name, g->count, (const char *const *)g->parameter, true, &g->slopes));
     g->shown = g->slopes->shown;
     const kmp_slope_matrix *x = &g->slopes->outputs;
     g->deep = x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];

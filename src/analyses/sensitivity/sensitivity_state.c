@@ -70,7 +70,11 @@ static kempe_status take_equilibrium(state *x)
 static kempe_status state_init(state *x, kempe_sensitivity *s, bool with_outputs)
 {
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    *x = (state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
+    *x = (state){.s = s};
+    const kmp_backend *backend = kmp_backend_choose(s->context, s->run->backend);
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
+    s->backend = x->backend = backend->name;
     KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
     int n = s->system->n, count = s->count, shown = x->slopes->shown;
     KMP_TRY(kmp_made(s->context,

@@ -422,8 +422,10 @@ static void put_text(kmp_text *text, const void *result)
         if (words.s)
             kmp_print_wrapped(text, "accuracy  ", 10, words.s);
         kmp_text_free_part(text, &words);
-        kmp_text_printf(text, "method    %s, integrator %s, rtol %g, atol %g, %ld steps\n", s->method, s->integrator,
-                        s->rtol, s->atol, s->work.steps);
+        kmp_text_printf(text, "method    %s, integrator %s, rtol %g, atol %g", s->method, s->integrator, s->rtol,
+                        s->atol);
+        kmp_backend_print(text, s->backend);
+        kmp_text_printf(text, ", %ld steps\n", s->work.steps);
     }
     if (s->rows > 1)
         kmp_text_printf(text, "rows      %d, the last one is shown; -o FILE.csv writes all\n", s->rows);
@@ -449,7 +451,7 @@ static void put_json(kmp_text *text, const void *result)
                      s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards,
                      s->backwards_s, s->kept);
     }
-    kmp_json_put(&json, "cpu_s %g parameters {", s->cpu_s);
+    kmp_json_put(&json, "backend %s cpu_s %g parameters {", s->backend, s->cpu_s);
     for (int k = 0; k < s->count; k++)
         kmp_json_number(&json, s->name[k], s->parameter[k]);
     kmp_json_end(&json);

@@ -19,6 +19,7 @@ struct kempe_sensitivity {
     kempe_system *given;      /* only with `averaged` */
     kmp_averaged *averaged;   /* NULL: the model is the given one */
     kempe_context *context;
+    const char *backend;                      /* NULL before it has been chosen */
     const kempe_sensitivity_options *options; /* while it is found */
     const kempe_run_options *run;             /* likewise */
     kmp_variant *variant;

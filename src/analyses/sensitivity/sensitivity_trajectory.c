@@ -106,6 +106,7 @@ static kempe_status prepare(work *w)
     KMP_TRY(kmp_times_init(&w->times, every, w->spec.t_end, NULL) ? KEMPE_OK : kmp_fail_memory(w->s->context));
     KMP_TRY(kmp_made(s->context, kmp_sensitivity_choose(s)));
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
+    s->backend = w->spec.backend;
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
     s->t_end = w->spec.t_end;

@@ -15,26 +15,30 @@
 #include <math.h>
 #include <string.h>
 
-/* -- laws as expressions ------------------------------------------------------------------------------------ */
+/* -- formulas as expressions ------------------------------------------------------------------------------- */
 
-/* A derivative of a piece of a law at u. */
-static kmp_ref piece_at(kmp_graph *g, const kmp_cam_piece *piece, int derivative, kmp_ref u)
+typedef kmp_ref value;
+#define NUMBER(x)      kmp_const(g, x)
+#define ADD(a, b)      kmp_add(g, a, b)
+#define SUB(a, b)      kmp_sub(g, a, b)
+#define MUL(a, b)      kmp_mul(g, a, b)
+#define DIV(a, b)      kmp_div(g, a, b)
+#define NEG(a)         kmp_neg(a)
+#define ROOT(a)        kmp_sqrt(g, a)
+#define SINE(a)        kmp_sin(g, a)
+#define COSINE(a)      kmp_cos(g, a)
+#define FLOOR(a)       kmp_unary(g, KMP_OP_FLOOR, a)
+#define DOT(a, b)      kmp_plane_dot(g, a, b)
+#define CROSS(a, b)    kmp_plane_cross(g, a, b)
+#define TURN(e, v, to) kmp_plane_turn(g, e, v, to)
+#include "model/data/cam_formulas.def"
+
+static void table_at(kmp_graph *g, kmp_table *table, kmp_ref x, kmp_ref r[3])
 {
-    const kmp_ref beyond = kmp_sub(g, u, kmp_const(g, piece->from));
-    kmp_ref value = KMP_ZERO;
-    for (int i = 7; i >= derivative; i--) {
-        double factor = piece->power[i];
-        for (int k = 0; k < derivative; k++)
-            factor *= i - k;
-        value = kmp_add(g, kmp_mul(g, value, beyond), kmp_const(g, factor));
-    }
-    if (piece->size == 0)
-        return value;
-    const kmp_ref turned = kmp_mul(g, kmp_const(g, piece->rate), u);
-    const kmp_ref angle = kmp_add(g, turned, kmp_const(g, piece->phase));
-    const kmp_ref wave = derivative % 2 ? kmp_cos(g, angle) : kmp_sin(g, angle);
-    const double size = piece->size * pow(piece->rate, derivative) * (derivative == 2 || derivative == 3 ? -1 : 1);
-    return kmp_add(g, value, kmp_mul(g, kmp_const(g, size), wave));
+    const int number = kmp_graph_add_table(g, table);
+    r[0] = number < 0 ? KMP_ONE : kmp_table_at(g, number, x);
+    for (int d = 1; d < 3; d++)
+        r[d] = number < 0 ? KMP_ONE : kmp_table_derivative_at(g, number, d, x);
 }
 
 /* A straight table that follows the angle from a piece's beginning to its end, and stays at its ends elsewhere. */
@@ -74,14 +78,6 @@ static kmp_ref lift_at(kmp_graph *g, const kmp_cam *cam, int derivative, kmp_ref
     return sum;
 }
 
-/* The lift of a law at an angle of the cam, and two derivatives by the polar angle, which is opposite. */
-static void law_at(kmp_graph *g, const kmp_cam *cam, kmp_ref angle, kmp_ref s[3])
-{
-    s[0] = kmp_add(g, kmp_const(g, cam->base), lift_at(g, cam, 0, angle));
-    s[1] = kmp_neg(lift_at(g, cam, 1, angle));
-    s[2] = lift_at(g, cam, 2, angle);
-}
-
 /* The same at the polar angle with this cosine and sine, times any length. */
 static void law_towards(kmp_graph *g, const kmp_cam *cam, const kmp_ref e[2], kmp_ref s[3])
 {
@@ -89,119 +85,8 @@ static void law_towards(kmp_graph *g, const kmp_cam *cam, const kmp_ref e[2], km
     law_at(g, cam, kmp_add(g, turned, kmp_const(g, KMP_TURN / 2)), s);
 }
 
-/* Of a follower: its place f over the lift, f = (cos, sin) by the sine and cosine of a lever's lift
- * or the lift itself, and its first two derivatives by the lift. */
-static void follower_place(kmp_graph *g, const kmp_cam *cam, kmp_ref lift, kmp_ref cosine, kmp_ref sine,
-                           kmp_ref f[3][2])
-{
-    const double side = copysign(1, cam->arm), l = fabs(cam->arm);
-    if (cam->arm == 0) {
-        const kmp_ref line[3][2] = {{lift, kmp_const(g, -cam->offset)}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}};
-        memcpy(f, line, sizeof line);
-        return;
-    }
-    f[2][0] = kmp_mul(g, kmp_const(g, l), cosine);
-    f[2][1] = kmp_mul(g, kmp_const(g, -side * l), sine);
-    f[1][0] = kmp_mul(g, kmp_const(g, l), sine);
-    f[1][1] = kmp_mul(g, kmp_const(g, side * l), cosine);
-    f[0][0] = kmp_sub(g, kmp_const(g, cam->pivot), f[2][0]);
-    f[0][1] = kmp_neg(f[2][1]);
-}
-
-/* The derivatives by u of a place that is f(s(u)) turned by u, in the axes of f: f' + J f, f'' + 2 J f' - f with
- * J (x, y) = (-y, x). */
-static void turned_place(kmp_graph *g, const kmp_ref s[3], const kmp_ref f[3][2], kmp_ref turned[2][2])
-{
-    kmp_ref f1[2], f2[2];
-    for (int i = 0; i < 2; i++) {
-        f1[i] = kmp_mul(g, s[1], f[1][i]);
-        f2[i] = kmp_add(g, kmp_mul(g, s[2], f[1][i]), kmp_mul(g, kmp_mul(g, s[1], s[1]), f[2][i]));
-    }
-    turned[0][0] = kmp_sub(g, f1[0], f[0][1]);
-    turned[0][1] = kmp_add(g, f1[1], f[0][0]);
-    turned[1][0] = kmp_sub(g, f2[0], kmp_add(g, kmp_add(g, f1[1], f1[1]), f[0][0]));
-    turned[1][1] = kmp_sub(g, f2[1], kmp_sub(g, f[0][1], kmp_add(g, f1[0], f1[0])));
-}
-
-/* -- curves ------------------------------------------------------------------------------------------------- */
-
-/* A place of the base curve: c, its derivative t by the parameter, the unit normal n outwards and the curvature. */
-typedef struct curve_place {
-    kmp_ref c[2], t[2], n[2], k;
-} curve_place;
-
-/* From the first two derivatives: unit normal and curvature. */
-static void set_normal(kmp_graph *g, const kmp_ref t[2], const kmp_ref bend[2], kmp_ref n[2], kmp_ref *k)
-{
-    const kmp_ref square = kmp_plane_dot(g, t, t), size = kmp_sqrt(g, square);
-    n[0] = kmp_div(g, t[1], size);
-    n[1] = kmp_neg(kmp_div(g, t[0], size));
-    *k = kmp_div(g, kmp_plane_cross(g, t, bend), kmp_mul(g, square, size));
-}
-
-/* x less whole periods, from first to the end of the period. */
-static kmp_ref within_period(kmp_graph *g, double first, double period, kmp_ref x)
-{
-    const kmp_ref beyond = kmp_sub(g, x, kmp_const(g, first));
-    const kmp_ref turns = kmp_unary(g, KMP_OP_FLOOR, kmp_div(g, beyond, kmp_const(g, period)));
-    return kmp_sub(g, x, kmp_mul(g, kmp_const(g, period), turns));
-}
-
-/* Value and two derivatives of a periodic table. */
-static void table_place(kmp_graph *g, kmp_table *table, kmp_ref x, kmp_ref r[3])
-{
-    const int number = kmp_graph_add_table(g, table);
-    const double first = table->x[0];
-    const kmp_ref within = within_period(g, first, table->x[table->count - 1] - first, x);
-    r[0] = number < 0 ? KMP_ONE : kmp_table_at(g, number, within);
-    for (int d = 1; d < 3; d++)
-        r[d] = number < 0 ? KMP_ONE : kmp_table_derivative_at(g, number, d, within);
-}
-
-/* The base curve at a parameter: of places their length, else an angle. */
-static curve_place curve_at(kmp_graph *g, const kmp_cam *cam, kmp_ref u)
-{
-    curve_place at;
-    kmp_ref r[3], bend[2];
-    if (cam->place[0]) {
-        for (int i = 0; i < 2; i++) {
-            table_place(g, cam->place[i], u, r);
-            at.c[i] = r[0];
-            at.t[i] = r[1];
-            bend[i] = r[2];
-        }
-        set_normal(g, at.t, bend, at.n, &at.k);
-        return at;
-    }
-    const kmp_ref e[2] = {kmp_cos(g, u), kmp_sin(g, u)};
-    if (cam->table)
-        table_place(g, cam->table, u, r);
-    else
-        law_at(g, cam, within_period(g, 0, KMP_TURN, kmp_neg(u)), r);
-    if (cam->parts && cam->form == KMP_FOLLOWER_FLAT) { /* by the support function: h e + h' e', (h + h'') e' */
-        const kmp_ref own[2] = {r[0], r[1]}, ahead[2] = {KMP_ZERO, kmp_add(g, r[0], r[2])};
-        kmp_plane_turn(g, e, own, at.c);
-        kmp_plane_turn(g, e, ahead, at.t);
-        memcpy(at.n, e, sizeof at.n);
-        at.k = kmp_div(g, KMP_ONE, ahead[1]);
-        return at;
-    }
-    kmp_ref f[3][2] = {{r[0], KMP_ZERO}, {KMP_ONE, KMP_ZERO}, {KMP_ZERO, KMP_ZERO}}, own[2][2];
-    if (cam->parts) {
-        const kmp_ref sine = kmp_sin(g, r[0]);
-        follower_place(g, cam, r[0], kmp_cos(g, r[0]), sine, f);
-    }
-    turned_place(g, r, (const kmp_ref(*)[2])f, own);
-    kmp_plane_turn(g, e, f[0], at.c);
-    kmp_plane_turn(g, e, own[0], at.t);
-    kmp_plane_turn(g, e, own[1], bend);
-    set_normal(g, at.t, bend, at.n, &at.k);
-    return at;
-}
-
-/* The place of the base curve whose parallel place, at the distance d, is towards (x, y); for a flat face, whose
- * normal is. */
-static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, double d, const kmp_ref towards[2])
+/* The place of the base curve from which the follower's path is towards (x, y); for a flat face, whose normal is. */
+static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, const kmp_ref towards[2])
 {
     const kmp_cam *cam = follower->outline->cam;
     kmp_cam_check checked; /* by the reader */
@@ -211,18 +96,7 @@ static curve_place foot_of(kmp_graph *g, const kmp_cam_follower *follower, doubl
     kmp_ref u = table < 0 ? KMP_ONE : kmp_table_at(g, table, kmp_binary(g, KMP_OP_ATAN2, towards[1], towards[0]));
     curve_place at = curve_at(g, cam, u);
     for (int i = 0; i < KMP_CAM_STEPS; i++) {
-        kmp_ref off, rate;
-        if (follower->form == KMP_FOLLOWER_FLAT) { /* t.m, and t'.m = -k t^2 where m is the normal */
-            off = kmp_plane_dot(g, at.t, towards);
-            rate = kmp_neg(kmp_mul(g, at.k, kmp_plane_dot(g, at.t, at.t)));
-        } else {
-            const kmp_ref along = kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k));
-            const kmp_ref p[2] = {kmp_add(g, at.c[0], kmp_mul(g, kmp_const(g, d), at.n[0])),
-                                  kmp_add(g, at.c[1], kmp_mul(g, kmp_const(g, d), at.n[1]))};
-            off = kmp_plane_cross(g, p, towards);
-            rate = kmp_mul(g, along, kmp_plane_cross(g, at.t, towards));
-        }
-        u = kmp_sub(g, u, kmp_div(g, off, rate));
+        u = kmp_sub(g, u, step_from(g, follower, &at, towards));
         at = curve_at(g, cam, u);
     }
     return at;
@@ -289,7 +163,7 @@ static void roll_on_curve(const cam_place *c, const kmp_cam_follower *follower, 
 {
     kmp_graph *g = c->g;
     const double inset = kmp_cam_inset(follower->outline->cam), d = follower->radius - inset;
-    const curve_place at = foot_of(g, follower, d, c->at);
+    const curve_place at = foot_of(g, follower, c->at);
     const kmp_ref off[2] = {kmp_sub(g, c->at[0], at.c[0]), kmp_sub(g, c->at[1], at.c[1])};
     out->gap = kmp_sub(g, kmp_plane_dot(g, off, at.n), kmp_const(g, d));
     out->normal = combined(c, at.n);
@@ -312,7 +186,7 @@ static void lie_on_profile(const cam_place *c, const kmp_cam_follower *follower,
         out->curvature = kmp_div(g, KMP_ONE, kmp_add(g, h[0], h[2]));
     } else if (cam) {
         const double d = -kmp_cam_inset(cam);
-        const curve_place at = foot_of(g, follower, d, normal);
+        const curve_place at = foot_of(g, follower, normal);
         height = kmp_add(g, kmp_plane_dot(g, at.c, normal), kmp_const(g, d));
         along = kmp_plane_dot(g, at.c, across);
         out->curvature = kmp_div(g, at.k, kmp_add(g, KMP_ONE, kmp_mul(g, kmp_const(g, d), at.k)));

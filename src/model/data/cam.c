@@ -6,6 +6,7 @@
 #include "constraints/tolerances.h"
 #include "model/data/outline.h"
 #include "model/language/dimension.h"
+#include "symbolic/graph.h"
 #include <math.h>
 #include <string.h>
 
@@ -65,17 +66,40 @@ const kmp_cam_piece *kmp_cam_pieces(kmp_cam_law_kind law, int *count)
     return laws[law].pieces;
 }
 
+/* -- formulas of numbers --------------------------------------------------------------------------------- */
+
+typedef double value;
+#define NUMBER(x)      ((void)g, (x))
+#define ADD(a, b)      ((void)g, (a) + (b))
+#define SUB(a, b)      ((void)g, (a) - (b))
+#define MUL(a, b)      ((a) * (b))
+#define DIV(a, b)      ((void)g, (a) / (b))
+#define NEG(a)         (-(a))
+#define ROOT(a)        sqrt(a)
+#define SINE(a)        sin(a)
+#define COSINE(a)      cos(a)
+#define FLOOR(a)       floor(a)
+#define DOT(a, b)      ((a)[0] * (b)[0] + (a)[1] * (b)[1])
+#define CROSS(a, b)    ((a)[0] * (b)[1] - (a)[1] * (b)[0])
+#define TURN(e, v, to) ((to)[0] = (e)[0] * (v)[0] - (e)[1] * (v)[1], (to)[1] = (e)[0] * (v)[1] + (e)[1] * (v)[0])
+#include "model/data/cam_formulas.def"
+
+static void table_at(kmp_graph *g, kmp_table *table, double x, double r[3])
+{
+    (void)g;
+    for (int d = 0; d < 3; d++)
+        r[d] = kmp_table_value(table, d, x);
+}
+
+static double lift_at(kmp_graph *g, const kmp_cam *cam, int derivative, double angle)
+{
+    (void)g;
+    return kmp_cam_lift(cam, derivative, angle);
+}
+
 double kmp_cam_piece_value(const kmp_cam_piece *piece, int derivative, double x)
 {
-    const double angle = piece->rate * x + piece->phase + derivative * PI / 2;
-    double value = 0;
-    for (int i = 7; i >= derivative; i--) {
-        double factor = 1;
-        for (int k = 0; k < derivative; k++)
-            factor *= i - k;
-        value = value * (x - piece->from) + factor * piece->power[i];
-    }
-    return piece->size != 0 ? value + piece->size * pow(piece->rate, derivative) * sin(angle) : value;
+    return piece_at(NULL, piece, derivative, x);
 }
 
 double kmp_cam_law_value(kmp_cam_law_kind law, int derivative, double x)
@@ -121,82 +145,25 @@ double kmp_cam_lift(const kmp_cam *cam, int derivative, double angle)
 
 /* -- base curves ------------------------------------------------------------------------------------------- */
 
-/* A place of the base curve; `rate` is the size of its derivative by the parameter. */
-typedef struct curve_place {
-    double c[2], n[2], k, rate;
-} curve_place;
-
-/* From c and its first two derivatives. */
-static curve_place place_by(const double c[3][2])
+double kmp_cam_inset(const kmp_cam *cam)
 {
-    const double size = hypot(c[1][0], c[1][1]);
-    return (curve_place){.c = {c[0][0], c[0][1]},
-                         .n = {c[1][1] / size, -c[1][0] / size},
-                         .rate = size,
-                         .k = (c[1][0] * c[2][1] - c[1][1] * c[2][0]) / (size * size * size)};
+    return cam->parts && cam->form == KMP_FOLLOWER_ROLLER ? cam->radius : 0;
 }
 
-/* From a support function h and its derivatives by the angle of the normal. */
-static curve_place support_place(double angle, const double h[3])
+/* The base curve's parameter at its beginning, and its range. */
+static void range_of(const kmp_cam *cam, double *first, double *whole)
 {
-    const double e[2] = {cos(angle), sin(angle)};
-    return (curve_place){.c = {h[0] * e[0] - h[1] * e[1], h[0] * e[1] + h[1] * e[0]},
-                         .n = {e[0], e[1]},
-                         .rate = h[0] + h[2],
-                         .k = 1 / (h[0] + h[2])};
-}
-
-/* From the lift s of a follower and its derivatives by u: its place f(s), turned by u. With neither offset nor lever s
- * is a polar radius. */
-static curve_place turned_place(const kmp_cam *cam, double u, const double s[3])
-{
-    const double side = copysign(1, cam->arm), l = fabs(cam->arm), e[2] = {cos(u), sin(u)};
-    double f[3][2] = {{s[0], -cam->offset}, {s[1], 0}, {s[2], 0}}, c[3][2], turned[3][2];
-    if (cam->arm != 0) {
-        const double x = l * cos(s[0]), y = l * sin(s[0]);
-        const double lever[3][2] = {
-            {cam->pivot - x, side * y}, {s[1] * y, side * s[1] * x}, {s[2] * y + s[1] * s[1] * x, 0}};
-        memcpy(f, lever, sizeof f);
-        f[2][1] = side * (s[2] * x - s[1] * s[1] * y);
-    }
-    for (int i = 0; i < 2; i++) { /* f, f' + J f, f'' + 2 J f' - f with J (x, y) = (-y, x) */
-        const int j = 1 - i, sign = i == 0 ? -1 : 1;
-        turned[0][i] = f[0][i];
-        turned[1][i] = f[1][i] + sign * f[0][j];
-        turned[2][i] = f[2][i] + 2 * sign * f[1][j] - f[0][i];
-    }
-    for (int d = 0; d < 3; d++) {
-        c[d][0] = e[0] * turned[d][0] - e[1] * turned[d][1];
-        c[d][1] = e[1] * turned[d][0] + e[0] * turned[d][1];
-    }
-    return place_by((const double(*)[2])c);
+    const kmp_table *length = cam->place[0];
+    *first = length ? length->x[0] : 0;
+    *whole = length ? length->x[length->count - 1] - *first : KMP_TURN;
 }
 
 /* At a part of the whole from 0 to 1, which may be outside. */
 static curve_place place_at(const kmp_cam *cam, double part)
 {
-    double r[3], c[3][2];
-    if (cam->place[0]) {
-        const kmp_table *x = cam->place[0];
-        const double length = x->x[x->count - 1] - x->x[0];
-        for (int d = 0; d < 3; d++)
-            for (int i = 0; i < 2; i++)
-                c[d][i] = kmp_table_value(cam->place[i], d, x->x[0] + (part - floor(part)) * length);
-        return place_by((const double(*)[2])c);
-    }
-    const double angle = KMP_TURN * part;
-    for (int d = 0; d < 3; d++)
-        if (cam->table)
-            r[d] = kmp_table_value(cam->table, d, cam->table->x[0] + within_turn(angle - cam->table->x[0]));
-        else
-            r[d] = (d == 0 ? cam->base : 0) + (d == 1 ? -1 : 1) * kmp_cam_lift(cam, d, -angle);
-    const bool flat = cam->parts && cam->form == KMP_FOLLOWER_FLAT;
-    return flat ? support_place(angle, r) : turned_place(cam, angle, r);
-}
-
-double kmp_cam_inset(const kmp_cam *cam)
-{
-    return cam->parts && cam->form == KMP_FOLLOWER_ROLLER ? cam->radius : 0;
+    double first, whole;
+    range_of(cam, &first, &whole);
+    return curve_at(NULL, cam, first + part * whole);
 }
 
 void kmp_outline_place(const kmp_outline *outline, int k, int count, double place[2])
@@ -240,14 +207,6 @@ static void path_place(const kmp_cam *cam, const kmp_cam_follower *follower, dou
 static double near_to(double angle, double other)
 {
     return angle - KMP_TURN * floor((angle - other + PI) / KMP_TURN);
-}
-
-/* The base curve's parameter at its beginning, and its range. */
-static void range_of(const kmp_cam *cam, double *first, double *whole)
-{
-    const kmp_table *length = cam->place[0];
-    *first = length ? length->x[0] : 0;
-    *whole = length ? length->x[length->count - 1] - *first : KMP_TURN;
 }
 
 /* The part of the whole at which the angle is half a turn. */
@@ -300,17 +259,6 @@ kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *followe
     return made;
 }
 
-/* Newton's step to the place in the direction e, as cam_contact.c has it as an expression. */
-static double step_towards(const kmp_cam *cam, const kmp_cam_follower *follower, double part, const double e[2])
-{
-    const curve_place at = place_at(cam, part);
-    const double d = follower->radius - kmp_cam_inset(cam), across = at.n[0] * e[0] + at.n[1] * e[1];
-    if (follower->form == KMP_FOLLOWER_FLAT)
-        return (at.n[0] * e[1] - at.n[1] * e[0]) / (at.k * at.rate);
-    const double off = (at.c[0] + d * at.n[0]) * e[1] - (at.c[1] + d * at.n[1]) * e[0];
-    return off / ((1 + d * at.k) * across * at.rate);
-}
-
 /* The distance between a place and the one that the search finds from its direction, in parts of the whole. */
 static double search_error(const kmp_cam *cam, const kmp_cam_follower *follower, const kmp_table *begins, double part)
 {
@@ -319,8 +267,10 @@ static double search_error(const kmp_cam *cam, const kmp_cam_follower *follower,
     range_of(cam, &first, &whole);
     const double e[2] = {cos(angle), sin(angle)};
     double found = (kmp_table_value(begins, 0, angle) - first) / whole;
-    for (int i = 0; i < KMP_CAM_STEPS; i++)
-        found += step_towards(cam, follower, found, e) / whole;
+    for (int i = 0; i < KMP_CAM_STEPS; i++) {
+        const curve_place at = place_at(cam, found);
+        found -= step_from(NULL, follower, &at, e) / whole;
+    }
     const double off = found - part;
     return fabs(off - floor(off + 0.5));
 }

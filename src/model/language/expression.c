@@ -101,6 +101,8 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
 {
     static const char *const words[] = {"parameter", "coordinate", "loop"};
     kmp_text sentence = {0};
+    if (p->scope->incomplete)
+        return NULL;
     kmp_text_printf(&sentence, "unknown %s '%s'", words[symbol], name);
     if (p->scope->suggest)
         p->scope->suggest(p->scope->user, name, symbol, &sentence);
@@ -215,6 +217,8 @@ KMP_NOINLINE static const kmp_expr *parse_unknown(kmp_parser *p, const char *whe
     if (!p->scope->coordinate)
         return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", name,
                                   kmp_parse_allowed(p->scope));
+    if (u->late && !u->zero[0] && p->scope->incomplete)
+        return NULL;
     if (u->late && !u->zero[0])
         return kmp_parse_complain(p, where, "%s depends on multipliers, which is not allowed here", name);
     made.kind = KMP_EXPR_UNKNOWN;
@@ -360,6 +364,8 @@ KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
+    if (p->scope->incomplete)
+        return NULL;
     kmp_nearest_offer_all(&nearest, KMP_NAMES_OF(composites));
     kmp_nearest_offer_all(&nearest, kmp_measure_words);
     kmp_text_printf(&sentence, "unknown function '%s'", name);
@@ -376,7 +382,8 @@ static int parse_arguments(kmp_parser *p, const char *where, const char *name, b
 {
     int count = 0;
     if (!kmp_parse_take(p, '(')) {
-        kmp_parse_complain(p, where, "function '%s' needs its argument in parentheses", name);
+        if (!p->scope->incomplete) /* a parameter may have the name of a function */
+            kmp_parse_complain(p, where, "function '%s' needs its argument in parentheses", name);
         return -1;
     }
     if (kmp_parse_take(p, ')'))

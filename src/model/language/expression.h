@@ -201,10 +201,11 @@ typedef struct kmp_expr_scope {
     int (*bearing)(void *user, const char **name);
     const kmp_expr_locals *locals; /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
-    bool time;     /* t is allowed */
-    bool compares; /* a comparison is required: a < b */
-    int place;     /* this number of x, y, z means a place, even if parameters have these names */
-    bool *degrees; /* becomes true where a number is in deg; NULL: of no interest */
+    bool incomplete; /* parts of the model were not read: an unknown name has no sentence */
+    bool time;       /* t is allowed */
+    bool compares;   /* a comparison is required: a < b */
+    int place;       /* this number of x, y, z means a place, even if parameters have these names */
+    bool *degrees;   /* becomes true where a number is in deg; NULL: of no interest */
 } kmp_expr_scope;
 
 /** Names of an expression's symbols. */

@@ -191,7 +191,7 @@ static bool parse_pair(kmp_parser *p, const char *word, bool gears, kmp_measure_
     const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
     const int found = name && find ? find(p->scope->user, &name) : -1;
     *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = found, .name = name};
-    if (name && found < 0)
+    if (name && found < 0 && !p->scope->incomplete)
         kmp_parse_complain(p, start, gears ? "%s: '%s' is not a pair of gears" : "%s: the model has no bearings '%s'",
                            word, name);
     return found >= 0;

@@ -33,7 +33,7 @@ static void read_joint(kmp_reader *r, const kmp_yaml *node, const char *what, km
         kmp_nearest nearest = kmp_nearest_of(
             word, (kmp_name_list){&model->bodies[1].joint, sizeof *model->bodies, model->body_count - 1});
         kmp_nearest_offer_all(&nearest, KMP_NAMED(model, closure));
-        kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown joint '%s'", what, word);
+        kmp_reader_complain_unknown(r, node->place, &nearest, "%s: unknown joint '%s'", what, word);
         pair->body = 0;
         return;
     }

@@ -349,7 +349,9 @@ static bool take_sources(sources *s, const kmp_yaml *map)
             kmp_reader_complain(r, to->key->place, "a body of a file with ports cannot have the name 'port'");
         if (!kmp_read_map(r, to->map, what, kmp_body_keys))
             continue;
-        to->joint = r->linkage ? kmp_linkage_joint(r->linkage, i + 1) : kmp_read_required(r, to->map, what, "joint");
+        to->joint = r->linkage  ? kmp_linkage_joint(r->linkage, i + 1)
+                    : r->unread ? kmp_yaml_get(to->map, "joint")
+                                : kmp_read_required(r, to->map, what, "joint");
         if (to->joint && to->joint->kind == KMP_YAML_MAP)
             to->at = kmp_read_required(r, to->joint, kmp_reader_say(r, "the joint of %s", what), "at");
         to->to = kmp_yaml_get(to->joint, "to");
@@ -385,7 +387,7 @@ static void find_parent(sources *s, source *child)
     kmp_nearest_offer(&nearest, "ground");
     kmp_nearest_offer_all(&nearest, KMP_NAMES(s->list, s->count));
     if (strcmp(said, "ground") != 0) /* otherwise the include is in error, which puts it on no body */
-        kmp_reader_complain_near(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
+        kmp_reader_complain_unknown(r, child->at->place, &nearest, "%s: unknown body '%s'", what, said);
     child->at = NULL;
 }
 

@@ -128,7 +128,10 @@ static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, 
             place_by_coordinates(c, &model->bodies[b], out))
             return true;
     int k = kmp_name_find(KMP_NAMED(model, closure), name);
-    if (k < 0 || model->closures[k].point[0] < 0)
+    const bool open = k < 0 || model->closures[k].point[0] < 0;
+    if (open && c->r->unread)
+        return false;
+    if (open)
         return KMP_COMPLAIN(c, node, "'%s' is not a joint with clearance", node->text);
     if (axis_of(model->closures[k].axis[0]) < 0)
         return KMP_COMPLAIN(c, node, "the axis of a clearance is x, y or z of its points");

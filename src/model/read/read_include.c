@@ -657,6 +657,7 @@ static bool include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
     if (!has_room(r, node))
         return false;
     if (node->kind != KMP_YAML_MAP) {
+        r->unread = true;
         kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
         return true;
     }
@@ -665,6 +666,7 @@ static bool include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
     if (!kmp_is_present(r, kmp_yaml_get(node, "when")))
         return true;
     const int copies = repeat ? kmp_read_repeat(r, repeat) : 0;
+    const int before = r->instance_count;
     if (!repeat)
         include_copy(r, node, parent, above, 0, 0);
     for (int copy = 1; copy <= copies; copy++) {
@@ -672,6 +674,7 @@ static bool include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
             return false;
         include_copy(r, node, parent, above, copy, copies);
     }
+    r->unread = r->unread || (r->wrong && r->instance_count == before);
     return true;
 }
 
@@ -679,11 +682,10 @@ static bool include_one(kmp_reader *r, const kmp_yaml *node, int parent, const k
 static void include_all(kmp_reader *r, const kmp_yaml *root, int parent, const kmp_yaml *above)
 {
     const kmp_yaml *list = kmp_yaml_get(root, "include");
-    if (!list || !kmp_read_list(r, list, "include", -1))
-        return;
-    for (int i = 0; i < list->count; i++)
-        if (!include_one(r, list->items[i], parent, above))
-            return;
+    bool all = !list || kmp_read_list(r, list, "include", -1);
+    for (int i = 0; list && all && i < list->count; i++)
+        all = include_one(r, list->items[i], parent, above);
+    r->unread = r->unread || !all;
 }
 
 void kmp_read_includes(kmp_reader *r)

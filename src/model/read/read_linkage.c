@@ -54,7 +54,7 @@ static int find_body(kmp_reader *r, kmp_linkage *g, const kmp_yaml *node, const 
     int found = body_named(r, g, name);
     if (found < 0 && strcmp(said, "ground") != 0) {
         kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES(g->body_names, g->body_count));
-        kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
+        kmp_reader_complain_unknown(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
     }
     return found;
 }

@@ -28,6 +28,13 @@ void kmp_read_sensors(kmp_reader *r)
 
 /* -- arguments ----------------------------------------------------------------------------------- */
 
+/* True for a loop or a contact whose force an error has left out: forces of both are added last. */
+static bool is_left_out(const kmp_reader *r, const char *name)
+{
+    return r->wrong && (kmp_yaml_get(kmp_yaml_get(r->root, "loops"), name) ||
+                        kmp_yaml_get(kmp_yaml_get(r->root, "contacts"), name));
+}
+
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",   [KMP_OUTPUT_OF_LOOP] = "loop",
@@ -48,8 +55,8 @@ static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row 
                             "output %s: joint '%s' is in the tree and has no multipliers; reaction(%s) and moment(%s) "
                             "are its load, and 'cut: yes' makes it a closure",
                             row->word, name, name, name);
-    else
-        kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", row->word, kind, name);
+    else if (strcmp(kind, "force") != 0 || !is_left_out(r, name))
+        kmp_reader_complain_unknown(r, node->place, &nearest, "output %s: unknown %s '%s'", row->word, kind, name);
     return -1;
 }
 
@@ -228,7 +235,7 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
     kmp_nearest nearest = kmp_nearest_of(node->text, KMP_NAMES_OF(kmp_output_rows));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, sensor));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
-    kmp_reader_complain_near(
+    kmp_reader_complain_unknown(
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
         "lambda(LOOP), reaction(LOOP), reaction(JOINT), bearing(BEARINGS), position(BODY.POINT), velocity(BODY.POINT), "

@@ -206,7 +206,7 @@ static void check_port(kmp_reader *r, port_kind kind, const kmp_yaml *to, const 
     case PORT_input:
     case PORT_KINDS:
     default:
-        if (!is_variable(r, to))
+        if (!is_variable(r, to) && !r->unread)
             kmp_complain_of(r, to, what,
                             "'%s' is not an input, a state, a named expression or a parameter: give a name of one",
                             to->text);

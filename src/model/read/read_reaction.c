@@ -282,6 +282,8 @@ static const kmp_expr *read_named(kmp_reader *r, const kmp_yaml *node, const cha
     int closure = kmp_name_find(KMP_NAMED(model, closure), full), body = kmp_joint_find(model, full);
     if (closure < 0 && body >= 0)
         return size_of_joint(r, node->place, body, what);
+    if (closure < 0 && r->unread)
+        return NULL;
     if (closure < 0)
         kmp_complain_of(r, node, what, "unknown loop or joint '%s'", name);
     else if (kmp_closure_row_of(&model->closures[closure])->pressing == 0)

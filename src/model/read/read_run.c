@@ -156,7 +156,8 @@ static void read_state_values(kmp_reader *r, const kmp_yaml *map)
         kmp_number value = {0};
         if (k < 0) {
             const kmp_nearest nearest = kmp_nearest_of(key->text, KMP_NAMED(model, state));
-            kmp_reader_complain_near(r, key->place, &nearest, "start states: the model has no state '%s'", key->text);
+            kmp_reader_complain_unknown(r, key->place, &nearest, "start states: the model has no state '%s'",
+                                        key->text);
         } else if (kmp_read_number(r, map->items[i], what, KMP_DIM_ANY, &value) &&
                    !(said[k].line > 0 && kmp_reader_said(r, "start states", key, said[k]))) {
             said[k] = key->place;

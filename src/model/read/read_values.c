@@ -288,6 +288,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .contact = find_contact,
                             .locals = r->locals,
                             .suggest = suggest,
+                            .incomplete = r->unread,
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,
                             .degrees = &r->model->source.degrees,
@@ -611,12 +612,14 @@ static void complain_body(kmp_reader *r, kmp_place place, const char *text, size
         kmp_reader_complain(r, place, "%s: unknown body '%s': an included file knows its own bodies and its 'ports'",
                             what, name);
     else
-        kmp_reader_complain_near(r, place, &nearest, "%s: unknown body '%s'", what, name);
+        kmp_reader_complain_unknown(r, place, &nearest, "%s: unknown body '%s'", what, name);
 }
 
 static void complain_point(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
+    if (r->unread) /* with the point, perhaps */
+        return;
     for (int i = 0; i < r->model->point_count; i++)
         if (r->model->points[i].body == body)
             kmp_nearest_offer(&nearest, r->model->points[i].name);
@@ -697,6 +700,8 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
     if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
         kmp_text rest = {0};
         const kmp_body *body = find_joint(r->model, name);
+        if (r->unread)
+            return -1;
         if (body && body->motion_count == 0) {
             kmp_reader_complain(r, place, "%s: joint '%s' is a weld and has no coordinate", what, name);
             return -1;

@@ -117,9 +117,11 @@ static void refuse_sections_without_wing(kmp_reader *r)
                     {"tyres", "tyres on roads", "ROAD"}};
     for (size_t k = 0; k < sizeof sections / sizeof *sections; k++) {
         const kmp_yaml *section = kmp_yaml_get(r->root, sections[k].name);
-        if (section && !has_reader(sections[k].name))
-            kmp_reader_complain(r, section->place, "%s: this build of Kempe has no %s; configure it with -DKEMPE_%s=ON",
-                                sections[k].name, sections[k].lacks, sections[k].option);
+        if (!section || has_reader(sections[k].name))
+            continue;
+        r->unread = true;
+        kmp_reader_complain(r, section->place, "%s: this build of Kempe has no %s; configure it with -DKEMPE_%s=ON",
+                            sections[k].name, sections[k].lacks, sections[k].option);
     }
 }
 

@@ -42,6 +42,16 @@ void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest 
     say(r, place, &sentence);
 }
 
+void kmp_reader_complain_unknown(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
+{
+    kmp_text sentence = {0};
+    if (r->unread)
+        return;
+    KMP_TEXT_ARGUMENTS(&sentence, format);
+    kmp_nearest_suggest(nearest, &sentence);
+    say(r, place, &sentence);
+}
+
 const char *kmp_reader_take(kmp_reader *r, kmp_text *text)
 {
     const char *kept = kmp_text_keep(text, &r->scratch);
@@ -99,12 +109,30 @@ kmp_name_list kmp_key_names(const kmp_key *keys)
     return names;
 }
 
+/* True of a section of the document, and of a body or joint, which has further names. */
+static bool may_define_names(const kmp_yaml *root, const kmp_yaml *node)
+{
+    for (int i = 0; i < root->count; i++) {
+        const kmp_yaml *section = root->items[i];
+        const char *name = root->keys[i]->text;
+        bool defines = section == node;
+        if (section->kind == KMP_YAML_MAP && (strcmp(name, "bodies") == 0 || strcmp(name, "joints") == 0))
+            for (int k = 0; k < section->count; k++)
+                defines = defines || section->items[k] == node;
+        if (defines)
+            return true;
+    }
+    return false;
+}
+
 bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys)
 {
     if (node->empty)
         return true;
-    if (node->kind != KMP_YAML_MAP)
+    if (node->kind != KMP_YAML_MAP) {
+        r->unread = r->unread || may_define_names(r->root, node);
         return kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
+    }
     const kmp_name_list known = kmp_key_names(keys);
     for (int i = 0; keys && i < node->count; i++)
         if (kmp_name_find(known, node->keys[i]->text) < 0)
@@ -288,7 +316,7 @@ int kmp_read_reference(kmp_reader *r, const kmp_yaml *node, const char *what, co
     if (found >= 0)
         return found;
     kmp_nearest nearest = kmp_nearest_of(name, names);
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown %s '%s'", what, kind, word);
+    kmp_reader_complain_unknown(r, node->place, &nearest, "%s: unknown %s '%s'", what, kind, word);
     return -1;
 }
 

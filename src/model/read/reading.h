@@ -81,7 +81,8 @@ typedef struct kmp_reader {
     int block_count, block_level;           /* level: blocks that are being read, each for the one before */
     const struct kmp_outline_pair *pair;    /* of the contact being read; NULL: it has no outline */
     bool wrong;                             /* an error was reported */
-    bool *parameter_known;                  /* its value is good; dependents of others are skipped without message */
+    bool unread;           /* a section, body, joint or included file was not read: names may be missing */
+    bool *parameter_known; /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
     kmp_turns *turns;
@@ -105,6 +106,11 @@ bool kmp_complain_of(kmp_reader *r, const kmp_yaml *at, const char *what, const 
 
 /** Reports "<sentence>; did you mean ...?" with the suggestion of `nearest`. */
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/** The same as kmp_reader_complain_near, of a name that the model does not have: nothing where parts that may define it
+ * were not read, which was reported. */
+void kmp_reader_complain_unknown(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
 /** Text for the `what` of the functions below; "" when there is no memory. */

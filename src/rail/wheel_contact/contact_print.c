@@ -320,8 +320,10 @@ static void show_parts(kmp_text *text, const kempe_contacts *t, bool all)
 {
     show_title(text, t);
     show_rates(text, t);
-    kmp_text_printf(text, "  The other coordinates are in equilibrium: forces balance to %.2g of the largest\n",
+    kmp_text_printf(text, "  The other coordinates are in equilibrium: forces balance to %.2g of the largest",
                     t->residual);
+    kmp_backend_print(text, t->backend);
+    kmp_text_put(text, "\n");
     show_conicities(text, t);
     show_legend(text, t, all);
     show_rows(text, t, all);
@@ -384,9 +386,9 @@ static void show_json(kmp_text *text, const void *result)
     const kempe_contacts *t = result;
     kmp_json json =
         kmp_print_head(text, t->system, kmp_outcome_of(t->status), t->reason, t->system->build_s, t->warnings);
-    kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
+    kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d backend %s cpu_s %g rows [",
                  t->over.range[0].name, contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
-                 t->residual, t->iterations, t->cpu_s);
+                 t->residual, t->iterations, t->backend, t->cpu_s);
     for (int row = 0; row < t->count; row++) {
         kmp_json_put(&json, "{ value %g", t->value[row]);
         kmp_print_entries(&json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);

@@ -266,7 +266,11 @@ static kempe_status begin(job *j, const kempe_contact_options *options)
         j->here[k] = t->over.range[k].from;
     KMP_TRY(set_parameters(j, j->here));
     KMP_TRY(kmp_operating_new(t->system, "start", NULL, &j->start));
-    KMP_TRY(kmp_linear_init(&j->linear, t->system, options->backend ? options->backend : kmp_backend_default()));
+    const kmp_backend *backend = kmp_backend_choose(context_of(j), options->backend);
+    if (!backend)
+        return KEMPE_E_ARGUMENT;
+    t->backend = backend->name;
+    KMP_TRY(kmp_linear_init(&j->linear, t->system, backend->name));
     if (j->start->chart)
         kmp_eval_set_charts(j->linear.eval, j->start->chart);
     memcpy(j->q, j->start->inner_q, (size_t)n * sizeof *j->q);

@@ -77,6 +77,7 @@ struct kempe_contacts {
     kempe_status status;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one per line */
+    const char *backend;
     kmp_ranges over;
     kmp_swept_parameter *swept;
     int parameter_count;

@@ -5,6 +5,10 @@
 
 const vehicleFigures = [];
 
+/* A quantity in the unit of the page: { unit, factor } by its kind. */
+const vehicleUnit = (kind) => data.vehicle.units[kind];
+const inUnit = (kind, x) => (isNumber(x) ? x * vehicleUnit(kind).factor : x);
+
 /* Points of a curve over time, or over the way along the track. */
 const pointsOver = (x, y, factor) => x.map((at, k) => ({ x: at, y: y[k] === null ? NaN : y[k] * factor }));
 
@@ -56,38 +60,43 @@ function limitLines(limits, range, factor) {
 }
 
 const fixed = (x, places) => (isNumber(x) ? x.toFixed(places) : "-");
+/* "2 m" */
+const wayOf = (metres) => `${three(inUnit("way", metres))} ${vehicleUnit("way").unit}`;
 const keptCell = (kept) => element(kept === false ? "td.failed" : "td", kept === null ? "-" : kept ? "kept" : "not kept");
 
 function safetyTables({ wheels, axles, mean_over, cutoff }) {
-    const ofWheels = byId("vehicle-wheels"), ofAxles = byId("vehicle-axles");
-    ofWheels.append(headRow(["wheel", "Q0, kN", "(Q0-Q)/Q0", "at t, s", `at ${cutoff} Hz`, "largest Y/Q", `mean over ${mean_over} m`, "at t, s", "Nadal's limit", "flange, deg", "friction", "verdict", "mean T\u03b3, J/m", "largest T\u03b3, J/m"]));
+    const ofWheels = byId("vehicle-wheels"), ofAxles = byId("vehicle-axles"), over = wayOf(mean_over);
+    const [force, wear] = ["force", "wear"].map((kind) => vehicleUnit(kind).unit);
+    ofWheels.append(headRow(["wheel", `Q0, ${force}`, "(Q0-Q)/Q0", "at t, s", `at ${cutoff} Hz`, "largest Y/Q", `mean over ${over}`, "at t, s", "Nadal's limit", `flange, ${vehicleUnit("angle").unit}`, "friction", "verdict", `mean T\u03b3, ${wear}`, `largest T\u03b3, ${wear}`]));
     for (const w of wheels) {
-        const loads = [fixed(w.Q0 / 1e3, 2), fixed(w.unloading.value, 3), fixed(w.unloading.t, 3), fixed(w.unloading_filtered.value, 3)];
-        const ratios = [fixed(w.YQ.value, 3), fixed(w.YQ_mean.value, 3), fixed(w.YQ_mean.t, 3), fixed(w.nadal, 3), fixed((w.flange_angle * 180) / Math.PI, 2), fixed(w.friction, 2)];
-        ofWheels.append(rowOf(w.name, ...loads, ...ratios, keptCell(w.kept), fixed(w.wear_mean, 2), fixed(w.wear.value, 1)));
+        const loads = [fixed(inUnit("force", w.Q0), 2), fixed(w.unloading.value, 3), fixed(w.unloading.t, 3), fixed(w.unloading_filtered.value, 3)];
+        const ratios = [fixed(w.YQ.value, 3), fixed(w.YQ_mean.value, 3), fixed(w.YQ_mean.t, 3), fixed(w.nadal, 3), fixed(inUnit("angle", w.flange_angle), 2), fixed(w.friction, 2)];
+        ofWheels.append(rowOf(w.name, ...loads, ...ratios, keptCell(w.kept), fixed(inUnit("wear", w.wear_mean), 2), fixed(inUnit("wear", w.wear.value), 1)));
     }
     ofAxles.parentElement.hidden = axles.length === 0;
-    ofAxles.append(headRow(["axle", `sum of Y, mean over ${mean_over} m, kN`, "at t, s", "Prud'homme's limit, kN", "verdict"]));
-    axles.forEach((a, k) => ofAxles.append(rowOf(data.vehicle.axles[k].name, fixed(a.Y_mean.value / 1e3, 2), fixed(a.Y_mean.t, 3), fixed(a.prudhomme / 1e3, 2), keptCell(a.kept))));
+    ofAxles.append(headRow(["axle", `sum of Y, mean over ${over}, ${force}`, "at t, s", `Prud'homme's limit, ${force}`, "verdict"]));
+    axles.forEach((a, k) => ofAxles.append(rowOf(data.vehicle.axles[k].name, fixed(inUnit("force", a.Y_mean.value), 2), fixed(a.Y_mean.t, 3), fixed(inUnit("force", a.prudhomme), 2), keptCell(a.kept))));
 }
 
 function comfortTable({ signals, window, windows, mean_comfort }) {
     const table = byId("vehicle-comfort");
     byId("comfort").hidden = !signals;
     if (!signals) return;
-    table.append(headRow(["direction", "acceleration", "weighting", "RMS, m/s^2", "weighted", "95 % of windows", "largest window", "Wz"]));
-    for (const c of signals) table.append(rowOf(c.direction, c.name, c.weighting, fixed(c.rms, 4), fixed(c.weighted, 4), fixed(c.percentile_95, 4), fixed(c.largest, 4), fixed(c.Wz, 3)));
+    table.append(headRow(["direction", "acceleration", "weighting", `RMS, ${vehicleUnit("acceleration").unit}`, "weighted", "95 % of windows", "largest window", "Wz"]));
+    for (const c of signals) table.append(rowOf(c.direction, c.name, c.weighting, ...[c.rms, c.weighted, c.percentile_95, c.largest].map((x) => fixed(inUnit("acceleration", x), 4)), fixed(c.Wz, 3)));
     const words = mean_comfort.map((value) => value.toFixed(3)).join(", ");
     byId("comfort-note").append(`Weightings of EN 12299 in ${windows} windows of ${window} s from the start of the run.${words ? ` Mean comfort N_MV: ${words}.` : ""}`);
 }
 
 function trackFigures(vehicle, place) {
+    const way = vehicleUnit("way");
     for (const track of vehicle.tracks) {
         const waves = ["alignment", "level", "cross", "gauge"].filter((name) => track[name]);
-        const curve = (name, factor, words) => ({ name: words, points: pointsOver(evenSteps(track.from, track.to, track[name].length), track[name], factor) });
-        if (waves.length > 0) vehicleFigure(place, `irregularities-${track.name}`, `Irregularities of track ${track.name}, over its arc length`, "mm", "m", waves.map((name) => curve(name, 1e3, name)));
-        if (track.curvature) vehicleFigure(place, `curvature-${track.name}`, `Curvature of track ${track.name}, to the left, over its arc length`, "1/km", "m", [curve("curvature", 1e3, "curvature")]);
-        if (track.cant) vehicleFigure(place, `cant-${track.name}`, `Cant angle of track ${track.name}, over its arc length`, "deg", "m", [curve("cant", 180 / Math.PI, "cant")]);
+        const curve = (name, kind) => ({ name, points: pointsOver(evenSteps(track.from * way.factor, track.to * way.factor, track[name].length), track[name], vehicleUnit(kind).factor) });
+        const figure = (id, words, kind, names) => vehicleFigure(place, `${id}-${track.name}`, `${words} of track ${track.name}${id === "curvature" ? ", to the left" : ""}, over its arc length`, vehicleUnit(kind).unit, way.unit, names.map((name) => curve(name, kind)));
+        if (waves.length > 0) figure("irregularities", "Irregularities", "aside", waves);
+        if (track.curvature) figure("curvature", "Curvature", "curvature", ["curvature"]);
+        if (track.cant) figure("cant", "Cant angle", "angle", ["cant"]);
     }
 }
 
@@ -96,19 +105,20 @@ function tellVehicle() {
     byId("vehicle").hidden = !vehicle;
     if (!vehicle) return;
     const { t, stride } = vehicle, ends = [t[0], t[t.length - 1]], { wheels, mean_over } = safety;
-    const each = (key, factor) => vehicle.wheels.map((w, k) => ({ name: wheels[k].name, points: pointsOver(t, w[key], factor) }));
-    const axles = (key, factor) => vehicle.axles.map((a) => ({ name: a.name, points: pointsOver(t, a[key], factor) }));
-    byId("vehicle-note").append(`${three(safety.way)} m of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(safety.carried) ? `, together ${safety.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(safety.samples)} samples values differ by ${safety.difference.toExponential(1)}.${stride > 1 ? ` One of ${stride} samples is drawn.` : ""}`);
+    const factorOf = (kind) => (kind ? vehicleUnit(kind).factor : 1), [force, wear, aside] = ["force", "wear", "aside"].map((kind) => vehicleUnit(kind).unit);
+    const each = (key, kind) => vehicle.wheels.map((w, k) => ({ name: wheels[k].name, points: pointsOver(t, w[key], factorOf(kind)) }));
+    const axles = (key, kind) => vehicle.axles.map((a) => ({ name: a.name, points: pointsOver(t, a[key], factorOf(kind)) }));
+    byId("vehicle-note").append(`${wayOf(safety.way)} of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(safety.carried) ? `, together ${safety.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(safety.samples)} samples values differ by ${safety.difference.toExponential(1)}.${stride > 1 ? ` One of ${stride} samples is drawn.` : ""}`);
     safetyTables(safety);
-    vehicleFigure(place, "vehicle-q", "Wheel load Q", "kN", "s", each("Q", 1e-3));
-    vehicleFigure(place, "vehicle-y", "Lateral force Y, outwards", "kN", "s", each("Y", 1e-3));
-    if (wheels.some((w) => isNumber(w.YQ_mean.value))) vehicleFigure(place, "vehicle-ratio", `Y/Q, mean over ${mean_over} m`, "", "s", [...each("means", 1), ...limitLines(wheels.map((w) => [w.name, w.nadal]), ends, 1)]);
+    vehicleFigure(place, "vehicle-q", "Wheel load Q", force, "s", each("Q", "force"));
+    vehicleFigure(place, "vehicle-y", "Lateral force Y, outwards", force, "s", each("Y", "force"));
+    if (wheels.some((w) => isNumber(w.YQ_mean.value))) vehicleFigure(place, "vehicle-ratio", `Y/Q, mean over ${wayOf(mean_over)}`, "", "s", [...each("means", null), ...limitLines(wheels.map((w) => [w.name, w.nadal]), ends, 1)]);
     if (safety.axles.some((a) => isNumber(a.Y_mean.value))) {
-        const limits = [1, -1].flatMap((side) => limitLines(safety.axles.map((a, k) => [vehicle.axles[k].name, side * a.prudhomme]), ends, 1e-3));
-        vehicleFigure(place, "vehicle-sum", `Sum of Y of an axle to the left, mean over ${mean_over} m`, "kN", "s", [...axles("sums", 1e-3), ...limits]);
+        const limits = [1, -1].flatMap((side) => limitLines(safety.axles.map((a, k) => [vehicle.axles[k].name, side * a.prudhomme]), ends, factorOf("force")));
+        vehicleFigure(place, "vehicle-sum", `Sum of Y of an axle to the left, mean over ${wayOf(mean_over)}`, force, "s", [...axles("sums", "force"), ...limits]);
     }
-    vehicleFigure(place, "vehicle-wear", "Wear number T\u03b3 of wheels, from creep forces and creepages", "J/m", "s", each("wear", 1));
-    if (safety.axles.length > 0) vehicleFigure(place, "vehicle-aside", "Lateral position of axles on the track, to the left", "mm", "s", axles("aside", 1e3));
+    vehicleFigure(place, "vehicle-wear", "Wear number T\u03b3 of wheels, from creep forces and creepages", wear, "s", each("wear", "wear"));
+    if (safety.axles.length > 0) vehicleFigure(place, "vehicle-aside", "Lateral position of axles on the track, to the left", aside, "s", axles("aside", "aside"));
     trackFigures(vehicle, place);
     comfortTable(vehicle.comfort);
 }

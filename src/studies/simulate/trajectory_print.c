@@ -217,6 +217,7 @@ static void show_method(kmp_text *text, const kempe_trajectory *t)
                     strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
                         ? ", change points ignored"
                         : "");
+    kmp_backend_print(&line, t->spec.backend);
     kmp_text_printf(&line, "; %ld steps in %.3g ms, after %.3g ms of preparation", r->steps, 1e3 * r->cpu_s,
                     1e3 * (r->build_s + t->system->build_s));
     kmp_print_wrapped(text, "method    ", TEXT_COLUMN, line.s ? line.s : "");
@@ -526,7 +527,8 @@ static void json(kmp_text *text, const void *result)
     const kempe_trajectory *t = result;
     kmp_json j = kmp_print_head(text, t->system, kempe_trajectory_outcome(t), t->reason,
                                 t->system->build_s + t->report.build_s, t->warnings);
-    kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
+    kmp_json_put(&j, "formulation %s form %s integrator %s backend %s", t->spec.formulation, t->spec.form,
+                 t->integrator, t->spec.backend);
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (t->report.chosen_ratio > 0 || t->report.continued) {
         kmp_json_put(&j, "integrator_choice { radau_over_dop853 %g", t->report.chosen_ratio);

@@ -204,7 +204,7 @@ async function pull(target) {
         for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
             if (asked !== held.target) before = Infinity;
             asked = held.target;
-            const state = stateNow(), known = bench.dragState === state;
+            const state = stateNow(), known = held.moved && bench.dragState === state; /* included files may have changed since the last drag */
             const told = await bench.engine.drag({ session: known ? bench.dragSession : null, text: known ? null : bench.text, q: held.q, body: held.body, point: held.point, target: asked });
             Object.assign(bench, { dragSession: told.session, dragState: state });
             if (!held.moved) tellHint();
