@@ -684,18 +684,40 @@ static bool is_shared_size(const kmp_expr *e, const void *user)
     return shared;
 }
 
-/* Friction whose level is a load that is shared has another level for each stiffness of the bodies. */
-static void doubt_friction(const kempe_system *s, const kmp_shared_loads *found)
+/* Friction whose level is a load that is shared has another level for each stiffness of the bodies. True: there is
+ * some. */
+static bool doubt_friction(const kempe_system *s, const kmp_shared_loads *found)
 {
+    bool any = false;
     for (int k = 0; found->loaded && k < s->model->force_count; k++) {
         const kmp_force *force = &s->model->forces[k];
-        if (kmp_expr_find(force->effort, is_shared_size, found) ||
-            kmp_expr_find(force->holding_effort, is_shared_size, found))
-            kmp_doubt(s->context,
-                      "friction '%s' depends on a load that redundant constraints share, and that is not unique: use "
-                      "joints that leave more motions free, or a bushing",
-                      force->name);
+        if (!kmp_expr_find(force->effort, is_shared_size, found) &&
+            !kmp_expr_find(force->holding_effort, is_shared_size, found))
+            continue;
+        kmp_doubt(s->context,
+                  "friction '%s' depends on a load that redundant constraints share, and that is not unique: use "
+                  "joints that leave more motions free, or a bushing",
+                  force->name);
+        any = true;
     }
+    return any;
+}
+
+bool kmp_doubt_shared_friction(const kempe_system *system, double t, const double *q)
+{
+    const bool quiet = kmp_context_quiet(system->context, false);
+    bool any = false;
+    (void)kmp_context_quiet(system->context, quiet);
+    kmp_evaluator *eval = !quiet && kmp_model_presses_friction(system->model)
+                              ? kmp_eval_new_for(system, "tape", NULL, KMP_EVAL_WEIGHS)
+                              : NULL;
+    kmp_arena arena = {0};
+    kmp_shared_loads found;
+    if (eval && kmp_find_shared_loads(eval, t, q, &arena, &found) == KEMPE_OK)
+        any = doubt_friction(system, &found);
+    kmp_arena_free(&arena);
+    kmp_eval_free(eval);
+    return any;
 }
 
 kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
@@ -717,7 +739,7 @@ kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_
                                    kmp_arena *arena, const char **text)
 {
     kmp_text names = {0};
-    doubt_friction(system, found);
+    (void)doubt_friction(system, found);
     const int count = found->told ? kmp_put_shared_loads(&names, system->model, found) : 0;
     if (found->told && count > 0)
         warn(system->context, names.s ? names.s : "", least_norm);
@@ -819,7 +841,7 @@ kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], co
         at += kmp_output_width(model, &model->outputs[o]);
     }
     if (status == KEMPE_OK)
-        doubt_friction(eval->system, &w.found);
+        (void)doubt_friction(eval->system, &w.found);
     if (w.count > 0 && (w.found.loaded || !zero))
         warn(eval->system->context, w.names.s ? w.names.s : "", false);
     status = w.names.failed ? kmp_fail_memory(eval->system->context) : status;

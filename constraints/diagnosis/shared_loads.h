@@ -45,6 +45,10 @@ kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], co
 kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
                                    kmp_arena *arena, const char **text);
 
+/** Doubts only friction that depends on them, at a closed state q, for a study whose other loads are its own concern.
+ * True: there is some. False without a message where memory is exhausted, and while the context is quiet. */
+bool kmp_doubt_shared_friction(const kempe_system *system, double t, const double *q);
+
 /** Warns of components of loads that outputs of the model show, or their sensors, and doubts friction, likewise;
  * `shown` has the values of the outputs. `least_norm`: loads of outputs have the least norm, and only sensors have
  * the loads of one solution. */

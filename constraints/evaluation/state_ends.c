@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include <math.h>
 #include <string.h>
 
 struct kmp_state_ends {
@@ -19,6 +20,19 @@ kmp_state_ends *kmp_state_ends_new(const kempe_system *system, kmp_arena *arena)
                                   KMP_ROOM(double, system->events.count, &ends->change))
                ? ends
                : NULL;
+}
+
+double kmp_eval_row_time(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    const double before = t - KMP_BEFORE_EVENT * fabs(t), *change = t > 0 ? kmp_eval_changes(eval, t, q, qd) : NULL;
+    const int count = change ? eval->system->events.count : 0;
+    bool changes = false;
+    if (count > 0)
+        memcpy(eval->state_ends->change, change, (size_t)count * sizeof *change);
+    change = count > 0 ? kmp_eval_changes(eval, before, q, qd) : NULL;
+    for (int k = 0; k < count && !changes; k++)
+        changes = (change[k] < 0) != (eval->state_ends->change[k] < 0);
+    return changes ? before : t;
 }
 
 void kmp_put_end(kmp_text *text, const kempe_system *system, int condition, double t)

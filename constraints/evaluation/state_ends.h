@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions that end runs, at a state of a study: laws and closures are not meant beyond them. */
+/* Conditions at a state of a study: ends of runs, as laws and closures are not meant beyond them, and the side
+ * that a row has. */
 #pragma once
 
 #include "base/text.h"
@@ -16,6 +17,13 @@ typedef enum kmp_ends_judged {
  * `qdd` NULL: without conditions that depend on accelerations and multipliers. */
 int kmp_eval_next_end(kmp_evaluator *eval, kmp_ends_judged judged, double t, const double *q, const double *qd,
                       const double *qdd, const double *lambda, int *from);
+
+/** Part of its time by which a row at an event is before it: some roundings. */
+#define KMP_BEFORE_EVENT 1e-14
+
+/** The time at which a row at t has its forces, as rows of runs have them: just before t where a condition changes
+ * there as time passes, t otherwise and at the start. Inputs have their own side (kmp_present_inputs). */
+double kmp_eval_row_time(kmp_evaluator *eval, double t, const double *q, const double *qd);
 
 /** True if an expression of the model is a part of a closure, also under a name. */
 bool kmp_is_in_closures(const kempe_model *model, const kmp_expr *part);

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/run/delays.h"
@@ -313,6 +314,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = kmp_assembly_at_start(system, &own);
         start = own;
     }
+    if (status == KEMPE_OK)
+        (void)kmp_doubt_shared_friction(system, spec->t_start, start->q);
     if (status == KEMPE_OK)
         status = find_time_scales(run);
     if (status == KEMPE_OK)

@@ -34,7 +34,8 @@ struct kempe_context {
     int complaints;       /* since the message was cleared */
     kmp_text warnings;    /* of the current computation, one per line */
     int warning_count;
-    bool doubted; /* a warning of the current computation says that its result cannot be trusted */
+    bool doubted;    /* a warning of the current computation says that its result cannot be trusted */
+    kmp_text doubts; /* such warnings, one per line */
     atomic_int interrupt;
     kempe_progress_fn *progress; /* NULL: none */
     void *progress_user;
@@ -108,6 +109,7 @@ void kempe_context_free(kempe_context *context)
         return;
     kmp_text_free(&context->message);
     kmp_text_free(&context->warnings);
+    kmp_text_free(&context->doubts);
     kmp_shown_units_free(context->shown);
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
@@ -455,6 +457,7 @@ void kmp_context_begin(kempe_context *context)
                                                   memory_order_relaxed);
     if (!context->quiet) {
         kmp_text_free(&context->warnings);
+        kmp_text_free(&context->doubts);
         context->warning_count = 0;
         context->doubted = false;
     }
@@ -561,14 +564,25 @@ char *kmp_context_warnings(const kempe_context *context)
     return kmp_strdup(context->warnings.s ? context->warnings.s : "");
 }
 
+const char *kmp_context_doubts(const kempe_context *context)
+{
+    return context->doubts.s ? context->doubts.s : "";
+}
+
+static bool has_line(const kmp_text *lines, const char *line)
+{
+    const size_t length = strlen(line);
+    for (const char *at = lines->s ? lines->s : ""; *at; at += strcspn(at, "\n") + 1)
+        if (strncmp(at, line, length) == 0 && at[length] == '\n')
+            return true;
+    return false;
+}
+
 /* True if the warning is new: a start that is assembled twice gives one warning. */
 static bool keep_warning(kempe_context *context, const char *line)
 {
-    size_t length = strlen(line);
-    const char *at = context->warnings.s ? context->warnings.s : "";
-    for (; *at; at += strcspn(at, "\n") + 1)
-        if (strncmp(at, line, length) == 0 && at[length] == '\n')
-            return false;
+    if (has_line(&context->warnings, line))
+        return false;
     if (context->warning_count >= KMP_MOST_WARNINGS)
         return false;
     context->warning_count++;
@@ -612,7 +626,6 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
 /* A line for the caller. A warning is kept, each once. */
 static void put_line(kempe_context *context, kempe_level level, kmp_text *line)
 {
-    flatten(line, 0);
     if (!line->failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line->s)) && context->log)
         context->log(context->user, level, line->s);
     kmp_text_free(line);
@@ -625,6 +638,7 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
         return;
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
+    flatten(&line, 0);
     put_line(context, level, &line);
 }
 
@@ -635,6 +649,9 @@ void kmp_doubt(kempe_context *context, const char *format, ...)
     context->doubted = true;
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
+    flatten(&line, 0);
+    if (!line.failed && context->warning_count < KMP_MOST_WARNINGS && !has_line(&context->doubts, line.s))
+        kmp_text_printf(&context->doubts, "%s\n", line.s);
     put_line(context, KEMPE_LOG_WARNING, &line);
 }
 

@@ -166,6 +166,9 @@ bool kmp_context_quiet(kempe_context *context, bool quiet);
 enum { KMP_MOST_WARNINGS = 100 };
 char *kmp_context_warnings(const kempe_context *context);
 
+/** Warnings of kmp_doubt since the computation began, one a line, each once. The text belongs to the context. */
+const char *kmp_context_doubts(const kempe_context *context);
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /** Logs a warning that says why the result of the current computation cannot be trusted: a check of it failed, a bound

@@ -673,7 +673,10 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
     const bool deflects = r->deflection > KMP_DEFLECTION_LARGE && kmp_convergence_holds(again);
     const char *verdict = deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(again);
-    const char *start = r->unstable ? KMP_BALANCE_UNSTABLE : r->rates_changed ? KMP_RATES_ADJUSTED : "";
+    const char *start = r->unstable        ? KMP_BALANCE_UNSTABLE
+                        : r->rates_changed ? KMP_RATES_ADJUSTED
+                        : r->gaps_changed  ? KMP_GAPS_CHANGED
+                                           : "";
     kmp_tabulate_cells(table, "%s %s %s %s", verdict, start, alone_of(r), kempe_ensemble_result_reason(b, k));
 }
 

@@ -73,6 +73,8 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
         kmp_instances_count(&s, word_of(t, row, status));
         if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
             s.first_changed = first + row;
+        if (strcmp(word_of(t, row, start), KMP_GAPS_CHANGED) == 0 && s.gaps_changed++ == 0)
+            s.first_gap = first + row;
         if (strcmp(word_of(t, row, start), KMP_BALANCE_UNSTABLE) == 0 && s.unstable++ == 0)
             s.first_unstable = first + row;
     }
@@ -101,6 +103,8 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
 {
     if (part->rates_changed > 0 && (s->rates_changed == 0 || part->first_changed < s->first_changed))
         s->first_changed = part->first_changed;
+    if (part->gaps_changed > 0 && (s->gaps_changed == 0 || part->first_gap < s->first_gap))
+        s->first_gap = part->first_gap;
     if (part->unstable > 0 && (s->unstable == 0 || part->first_unstable < s->first_unstable))
         s->first_unstable = part->first_unstable;
     if (part->deflected > 0 && (s->deflected == 0 || part->first_deflected < s->first_deflected))
@@ -123,6 +127,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     s->hdot = fmax(s->hdot, part->hdot);
     s->drift = fmax(s->drift, part->drift);
     s->rates_changed += part->rates_changed;
+    s->gaps_changed += part->gaps_changed;
     s->unstable += part->unstable;
     s->deflected += part->deflected;
     s->repeated += part->repeated;
@@ -138,6 +143,11 @@ static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
                         "start: initial velocities were adjusted to satisfy the closures in %ld of %ld instances, "
                         "first in instance %ld\n",
                         s->rates_changed, s->count, s->first_changed + 1);
+    if (s->gaps_changed > 0)
+        kmp_text_printf(text,
+                        "start: closing the loops changes the slack of ropes, or the play of teeth, in %ld of %ld "
+                        "instances, first in instance %ld: give lengths, or closed starts\n",
+                        s->gaps_changed, s->count, s->first_gap + 1);
 }
 
 static void put_ended(kmp_text *text, const kmp_instance_sums *s)

@@ -12,6 +12,7 @@ typedef struct kmp_instance_sums {
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot, drift;
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
+    long gaps_changed, first_gap;      /* starts that change ropes or teeth, likewise */
     long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
     long deflected, first_deflected;   /* whose flexible bodies deflect too far, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
@@ -34,6 +35,8 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 
 /** The word of the column `start` where initial velocities were adjusted. */
 #define KMP_RATES_ADJUSTED "velocities adjusted"
+/** The word where closing the loops changes ropes or teeth that count from the start as it is written. */
+#define KMP_GAPS_CHANGED "lengths changed"
 /** The word where deformations start in a balance that is not stable. */
 #define KMP_BALANCE_UNSTABLE "unstable balance"
 

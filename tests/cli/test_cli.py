@@ -1127,6 +1127,22 @@ class Inverse(Case):
         for actuator, forces in (("A", ["motor"]), ("D", [])):
             self.assertEqual(self.object(0, "inverse", "bar.yaml", "--actuators", actuator)["model_forces"], forces)
 
+    def test_rows_at_jumps_have_the_forces_before(self):
+        """A run's own motion needs no force of an actuator, also where inputs and conditions of t jump at the time of a row, and a sweep of
+        time shows the forces that a run shows."""
+        model = self.model("kempe: 1\ninputs: {u: {t: [-1, 0, 0.7], value: [5, 1, 3], method: hold}, place: {t: [0, 0.5, 1, 2], value: [0, 0.1, 0, 0], method: cubic}}\n"
+                           "bodies:\n  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.2}}\n"
+                           "  c: {joint: {name: X, prismatic: x, at: ground}, mass: 1}\ndrives: {d: {joint: X, displacement: place}}\n"
+                           "forces: {f: {joint: A, torque: \"u + if(t >= 0.5, 2, 0) - if(t > 0.3, 1, 0)\"}}\nstart: {q: {A: 1}}\n"
+                           "run: {t_end: 1, output_step: 0.1, outputs: [q, qd, qdd, force(f)]}\n")
+        self.expect(0, "simulate", model, "-o", "run.csv")
+        self.expect(0, "inverse", model, "--motion", "run.csv", "--actuators", "A,X", "-o", "forces.csv")
+        self.expect(0, "kinematics", model, "--sweep", "t=0:1:11", "--hold", "A", "-o", "sweep.csv")
+        run = self.rows("run.csv")
+        self.assertEqual([row["force.f"] for row in run], [1, 1, 1, 1, 0, 0, 2, 2, 4, 4, 4])
+        self.assertEqual([row["force.f"] for row in self.rows("sweep.csv")], [row["force.f"] for row in run])
+        self.assertLess(max(abs(row["tau.A"]) for row in self.rows("forces.csv")), 1e-12)
+
     LED = ROOT / "examples/stewart/driven.yaml"
     LEGS = ",".join(f"slide{k}" for k in range(1, 7))
     ROBOT = ROOT / "examples/parallel_robot/parallel_robot.yaml"
@@ -1960,6 +1976,45 @@ run: {t_end: 1}
             if some:
                 self.assertIn(f"between t = {rows[first]['t']:.6g} and {rows[first + 1]['t']:.6g} s", said)
 
+    def test_assembly_modes_that_are_not_watched(self):
+        """No number stands for what is not known: a body that no loop holds, no held coordinate."""
+        plain = self.BARS.replace("CRANK", "0.6")
+        known = self.object(0, "simulate", self.model(plain), "--no-convergence-check")["mode_changes"]
+        model = plain.replace("loops:", "  e: {joint: {name: E, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\nloops:")
+        for hold, changes in (("[A, E]", known), ("[A]", None), ("[]", None)):
+            self.assertEqual(self.object(0, "simulate", self.model(model.replace("hold: [A]", f"hold: {hold}")), "--no-convergence-check")["mode_changes"], changes)
+
+    def test_what_counts_from_the_start_as_written(self):
+        """A rope without a length in a linkage whose guess is not closed: the warning has the slack that the first row shows, and the same
+        start, closed, has none. Teeth with play likewise."""
+        bars = self.BARS.replace("CRANK", "0.6").replace("loops:", "ropes: {r: {along: [ground.D, b.C], stiffness: 1000, preload: 5}}\nsensors: {slack: free_length(r) - length(r)}\nloops:")
+        bars = bars.replace("t_end: 4, output_step: 20 ms", "t_end: 0.02, outputs: [q, tension(r), slack]")
+        said = self.expect(0, "simulate", self.model(bars), "-o", "bars.csv").stderr
+        with open(self.folder / "bars.csv") as file:
+            first = next(csv.DictReader(file))
+        found = re.search(r"'r' counts from the start as it is written, and closing the loops changes its gap by ([-+.e0-9]+) m", said)
+        self.assertAlmostEqual(float(found[1]), float(first["sensor.slack"]) + 5 / 1000, 4)
+        self.assertIn("'r' counts from the start", self.object(0, "assemble", "model.yaml")["warnings"][0])
+        closed = bars.replace("A: 80 deg, B: -60 deg, D: 110 deg", ", ".join(f"{k}: {first['q.' + k]}" for k in "ABD"))
+        self.assertEqual(self.expect(0, "simulate", self.model(closed), "-o", "bars.csv").stderr, "")
+        with open(self.folder / "bars.csv") as file:
+            self.assertAlmostEqual(float(next(csv.DictReader(file))["tension.r"]), 5, 6)
+        # instances with another base, whose guess is not closed, and one that has another mass only
+        other = closed.replace("kempe: 1", "kempe: 1\nparameters: {base: 1, m: 1}").replace("D: [1, 0, 0]", "D: [base, 0, 0]").replace("mass: 1,", "mass: m,", 1)
+        self.assertIn("m,", other)
+        for name, changed in (("base", True), ("m", False)):
+            for more in ((), ("--alone",)):
+                said = self.expect(0, "ensemble", self.model(other), "--sample", f"{name}=1.001:1.002", "--instances", "3", "-o", "ends.csv", *more).stderr
+                self.assertEqual("closing the loops changes the slack of ropes, or the play of teeth, in 3 of 3 instances, first in instance 1" in said, changed)
+                with open(self.folder / "ends.csv") as file:
+                    self.assertEqual({row["start"] for row in csv.DictReader(file)}, {"lengths changed" if changed else ""})
+        for more in ("stiffness: 1e6", "restitution: 0.5"):
+            gears = bars[:bars.index("ropes:")] + f"gears: {{m: {{between: [A, D], teeth: [20, 30], backlash: 900 mm, {more}}}}}\n" + bars[bars.index("loops:"):]
+            gears = gears.replace(", tension(r), slack", "")
+            said = self.expect(0, "simulate", self.model(gears)).stderr
+            self.assertIn("'m_front' counts from the start", said)
+            self.assertIn("'m_back' counts from the start", said)
+
     def test_assembly_modes_of_a_rod_that_changes_its_length(self):
         model = self.model("kempe: 1\nground: {points: {D: [1, 0, 0]}}\ngravity: [0, -9.81, 0]\nbodies:\n"
                            "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {B: [0.6, 0, 0]}}\n"
@@ -2015,6 +2070,14 @@ run: {t_end: 1}
         self.assertRegex(found["reason"], r"grows without end: at t = \S+ s 'x' has a rate of \S+ m/s")
         self.assertLess(found["work"]["steps"], 1e6)
         self.object(0, "simulate", self.model(text.replace("GAIN", "-2").replace("T_END", "4")), "--no-convergence-check")
+
+    def test_samples_of_inputs_in_simulators(self):
+        """Exported code keeps the first value of an input with samples, and says so; equations have none, and constants no samples."""
+        model = self.model("kempe: 1\ninputs: {u: {t: [0, 0.7], value: [1, 3], method: hold}, v: {default: 2}}\n"
+                           "bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: X, force: u + v}}\nrun: {t_end: 1}\n")
+        said = self.expect(0, "generate", model, "--lang", "c", "--simulator", "-o", self.folder).stderr
+        self.assertEqual(re.findall("input '(.)': a generated simulator does not have its samples", said), ["u"])
+        self.assertEqual(self.expect(0, "generate", model, "--lang", "c", "-o", self.folder).stderr, "")
 
     def test_pulses_in_lanes_and_simulators(self):
         """The impulse of a pulse of 10 ms in a run of 10 s is the root of pi, wherever it is; a simulator has a longest step."""
@@ -2431,6 +2494,44 @@ class Resume(Case):
         for a, b in zip(whole, resumed):
             self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
 
+    def test_doubts_before_a_checkpoint(self):
+        """A run that has left a table is not trustworthy, and neither are runs that continue it, nor those that continue these."""
+        model = self.model("kempe: 1\ntables: {f: {x: [0.1, 0.5, 9], y: [1, 2, 0], method: linear}}\n"
+                           "bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: X, force: f(t)}}\nrun: {t_end: 1}\n")
+        for end, more in (("0.4", ()), ("0.6", ("--resume", "run.checkpoint")), ("1", ("--resume", "run.checkpoint"))):
+            done = self.expect(5, "simulate", model, "--t-end", end, *more, "--checkpoint", "run.checkpoint")
+            self.assertEqual(done.stderr.count("table 'f' is used at 0, beyond its points"), 1)
+            self.assertEqual(done.stderr.count("before the checkpoint: table 'f' is used at 0"), bool(more))
+        # a run that its repeat contradicts
+        loose = ("--rtol", "1e-2", "--formulation", "reduced", "--integrator", "dopri5")
+        hard = self.model("kempe: 1\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\n"
+                          "forces: {f: {joint: X, force: -400*q(X) + 40*sin(q(X)*30)}}\nstart: {q: {X: 1}}\n")
+        self.assertIn("do not trust the motion", self.expect(5, "simulate", hard, "--t-end", "4", *loose, "--checkpoint", "run.checkpoint").stderr)
+        done = self.expect(5, "simulate", hard, "--t-end", "4.1", "--resume", "run.checkpoint", "--rtol", "1e-10", "--no-convergence-check")
+        self.assertIn("before the checkpoint: do not trust the motion", done.stderr)
+
+    def test_a_negative_level_of_friction(self):
+        """The first row after the zero of the level, of a number and of the load of a joint, is named; a level that only touches zero is none."""
+        model = ("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {{a: {{joint: {{name: X, prismatic: x, at: ground}}, mass: 1}}}}\n"
+                 "forces: {{f: {{joint: X, friction: {{{}}}}}}}\nstart: {{qd: {{X: 4}}}}\nrun: {{t_end: 2, output_step: 0.01, outputs: [q]}}\n")
+        for law, right in (('force: "0.5*cos(4*t)"', -0.5 * math.cos(1.6 - math.pi)), ('mu: "0.05*cos(4*t)"', -0.05 * 9.81 * math.cos(1.6 - math.pi))):
+            said = self.expect(5, "simulate", self.model(model.format(law))).stderr
+            self.assertAlmostEqual(float(re.search(r"friction 'f' has the level (\S+) at t = 0.4 s, which must not be negative", said)[1]), right, 5)
+        self.assertEqual(self.expect(0, "simulate", self.model(model.format('force: "0.5*(1 - cos(4*t))"'))).stderr, "")
+
+    def test_friction_by_a_load_that_is_not_unique(self):
+        """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""
+        model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {m: 2}\nground: {points: {H1: [0, 0, 0], H2: [0, 0, 0.5]}}\n"
+                           "bodies:\n  door: {mass: m, com: [0.3, 0, 0.25], inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, points: {a: [0, 0, 0], b: [0, 0, 0.5]}}\n"
+                           "joints: {J1: {revolute: [ground.H1, door.a], axis: z}}\nloops: {J2: {revolute: [ground.H2, door.b], axis: z}}\n"
+                           "forces: {f: {joint: J1, friction: {mu: 0.2, radius: 0.02}}, t: {joint: J1, torque: 1}}\nstart: {qd: {J1: 1}}\nrun: {t_end: 0.1}\n")
+        sample = ("--sample", "m=1:2", "--instances", "2")
+        for words in (("simulate",), ("ensemble", *sample), ("ensemble", *sample, "--alone"), ("sensitivity", "--parameters", "m"), ("equilibrium",),
+                      ("linearize",), ("linearize", "--at", "start"), ("modes",), ("compare",)):
+            said = self.expect(5, words[0], model, *words[1:]).stderr
+            self.assertEqual(said.count("friction 'f' depends on a load that redundant constraints share"), 1, words)
+        self.assertEqual(self.expect(0, "assemble", model).stderr, "")
+
     def test_a_checkpoint_has_the_past_of_delays(self):
         text = (
             "kempe: 1\nstates:\n  late: {{delay: {signal}, time: {delay}}}\n  sum: {{rate: late}}\n"
@@ -2452,10 +2553,10 @@ class Resume(Case):
                 self.expect(0, "simulate", *options, "--t-end", at, "--checkpoint", "run.checkpoint")
                 self.expect(0, "simulate", *options, "--resume", "run.checkpoint", "--checkpoint", "run.checkpoint", "-o", "resumed.csv")
                 self.assertAlmostEqual(float(self.rows("resumed.csv")[-1]["state.sum"]), right, delta=1e-7)
-        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 4", "checkpoint 3", 1)
+        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 5", "checkpoint 4", 1)
         (self.folder / "old").write_text(old)
         done = self.expect(2, "simulate", model, "--t-end", "3", "--resume", "old")
-        self.assertIn("the checkpoint has format 3, this version reads format 4", done.stderr)
+        self.assertIn("the checkpoint has format 4, this version reads format 5", done.stderr)
 
     def test_numbers_without_the_unit_of_the_file(self):
         model = self.model(

@@ -98,7 +98,7 @@ def elements():
 
 
 FORMATS = {"elements": elements, "mesh": mesh, "modes": modes, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 4, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values,
+           "checkpoint": lambda: ["# kempe checkpoint 5, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n", "# doubt,a\n"], "program": list, "values": values,
            "measured": measured, "parquet": parquet, "folder": folder}
 
 

@@ -678,6 +678,47 @@ def check_on_library(kempe, folder, model, end, allowed):
     print(model, "on the library", flush=True)
 
 
+def check_without_states(kempe, folder):
+    """A unit with continuous delays saves no states: it says so, and its motion goes on."""
+    for fmi in (2, 3):
+        unit = Unit.of_model(kempe, folder, "delayed_slides", fmi, "--binary")
+        check(not unit.about.coSimulation.canGetAndSetFMUstate, unit.file.name, "says that it has states")
+        instance = unit.started("cs")
+        instance.doStep(0, 0.1)
+        unit.said.clear()
+        try:
+            instance.setFMUState(instance.getFMUState())
+            check(False, unit.file.name, "gives a state without its past")
+        except fmpy.fmi1.FMICallException:
+            check(any("saves no states" in line for line in unit.said), unit.file.name, "does not say why", unit.said)
+        instance.doStep(0.1, 0.2)
+        instance.freeInstance()
+
+
+LEAVES = """kempe: 1
+tables: {f: {x: [0.1, 0.5, 9], y: [1, 2, 0], method: linear}}
+bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
+forces: {f: {joint: X, force: f(t)}}
+run: {t_end: 1}
+"""
+
+
+def check_doubts(kempe, folder, has_library):
+    """A unit warns, once, that its motion leaves a table, in which a run is not to be trusted."""
+    (folder / "leaves.yaml").write_text(LEAVES)
+    for fmi in (2, 3):
+        for options in ((), ("--binary",))[:1 + has_library]:
+            file = folder / f"leaves{fmi}{len(options)}.fmu"
+            subprocess.run([kempe, "fmu", folder / "leaves.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+            unit = Unit(fmi, file, folder / file.stem)
+            instance = unit.started("cs")
+            for k in range(4):
+                instance.doStep(0.1 * k, 0.1)
+            check(len([line for line in unit.said if "beyond" in line]) == 1, file.name, "does not say that a table is left", unit.said)
+            instance.freeInstance()
+
+
 def check_model(kempe, folder, model, end):
     expected = reference(kempe, folder, model, end)
     for fmi in (2, 3):
@@ -732,6 +773,9 @@ def main():
                 check_model(kempe, folder, model, MODELS[model])
         has_library = (pathlib.Path(kempe).parent / "kempe_unit.so").exists()
         for model in (sys.argv[2:] or ON_LIBRARY) if has_library else ():
+            if model == "four_bar":
+                check_without_states(kempe, folder)
+                check_doubts(kempe, folder, has_library)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

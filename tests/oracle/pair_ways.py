@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import warnings
 import zipfile
 
 import numpy as np
@@ -144,8 +145,9 @@ class Unit:
 class Way:
     """One way to run a machine: comparisons as (what, values, right ones, allowed differences), or the sentence that refuses it."""
 
-    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator".split()
-    SHARES = dict(zip(NAMES, (1, 0.3, 0.4, 0.25, 0.35, 0.35, 0.06, 0.002, 0.12, 0.2, 0.1, 0.006)))  # of the machines
+    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator inverse".split()
+    SHARES = dict(zip(NAMES, (1, 0.3, 0.4, 0.25, 0.35, 0.35, 0.06, 0.002, 0.12, 0.2, 0.1, 0.006, 0.25)))  # of the machines
+    DISTRUSTED = "run lanes outputs resumed quantities stepper unit sensitivity".split()  # ways that judge a motion which leaves a table
 
     def __init__(self, options, folder, pair, number, reference, seed=1):
         self.seed = seed
@@ -177,13 +179,69 @@ class Way:
         done = self.kempe("simulate", model, "-o", table, *more)
         return (None, self.reason(done)) if done.returncode else (self.table(table), "")
 
+    # -- motions that leave a table: no way may trust them
+
+    def distrusts(self, name):
+        self.distrust = name
+        codes, why = getattr(self, f"distrust_{name}", self.distrust_study)()
+        if codes is None:
+            return None, why
+        return [("trusted, exit code", np.array(codes), np.full(len(codes), 5), np.full(len(codes), 0.5))], ""
+
+    def judged(self, *words, allowed=(0, 5)):
+        """An exit code, or why there is none."""
+        done = self.kempe(*words)
+        return (done.returncode, "") if done.returncode in allowed else (None, self.reason(done))
+
+    def distrust_study(self):
+        (self.folder / "one.csv").write_text(f"q.{self.pair.names[0]}\n{self.pair.x[0]}\n")
+        more = {"run": ("simulate", "pair.yaml"), "outputs": ("simulate", "more.yaml"),
+                "lanes": ("ensemble", "pair.yaml", "--values", "one.csv"),
+                "quantities": ("ensemble", "pair.yaml", "--values", "one.csv", "--quantity", f"a = max(q({self.pair.joint}))"),
+                "sensitivity": ("sensitivity", "pair.yaml", "--parameters", "stiff", "--outputs", f"q({self.pair.joint})")}
+        text = (self.folder / "pair.yaml").read_text()
+        (self.folder / "more.yaml").write_text(text.replace("outputs: [q, qd]", "outputs: [q, qd, qdd, energy]"))
+        code, why = self.judged(*more[self.distrust])
+        return ([code], "") if code is not None else (None, why)
+
+    def distrust_resumed(self):
+        """The whole of it, whichever part leaves the table."""
+        code, why = self.judged("simulate", "pair.yaml", "--t-end", repr(self.pair.end / 2), "--checkpoint", "half.kempe")
+        if code is not None:
+            code, why = self.judged("simulate", "pair.yaml", "--resume", "half.kempe")
+        return ([code], "") if code is not None else (None, why)
+
+    def distrust_stepper(self):
+        import kempe
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                stepper = kempe.Model(str(self.folder / "pair.yaml")).system().stepper(t_end=self.pair.end)
+                stepper.advance(self.pair.end)
+        except kempe.Error as error:
+            return None, str(error).splitlines()[0]
+        return [5 if stepper.status == "not trustworthy" else 0], ""
+
+    def distrust_unit(self):
+        if "inputs" in self.pair.other:  # set by the importer
+            return None, None
+        done = self.kempe("fmu", "pair.yaml", "-o", "pair.fmu", "--kind", "cs", "--binary")
+        if done.returncode:
+            return None, self.reason(done)
+        unit = Unit(self.folder / "pair.fmu", self.folder / "unit0")
+        try:
+            unit.advance(0.0, self.reference.awkward[0])
+            unit.advance(self.reference.awkward[0], self.pair.end)
+            return [5 if any("beyond its points" in line for line in unit.said) else 0], ""
+        except RuntimeError as error:
+            return None, str(error).splitlines()[0]
+        finally:
+            unit.end()
+
     # -- ways
 
     def run(self):
         formulation, integrator = METHODS[self.number % len(METHODS)]
-        if self.reference.left:
-            done = self.kempe("simulate", "pair.yaml")
-            return [("trusted, exit code", np.array([done.returncode]), np.array([5]), np.array([0.5]))], ""
         table, why = self.simulate("pair.yaml", *(["--formulation", formulation, "--integrator", integrator] if formulation else []))
         if table is None:
             return None, why
@@ -352,6 +410,29 @@ class Way:
         table = self.table("foreign.csv")
         right, allowed = reference.at(columns, [pair.end])
         return [(f"end by {name}", np.array([table[n][0] for n in columns]), right[:, 0], allowed[:, 0])], ""
+
+    def inverse(self):
+        """The machine's own motion needs no force: at rows that an input's jump is at, too."""
+        pair = self.pair
+        if {"friction", "friction-by-load", "stop", "puck", "journal", "compliant", "touch", "rope", "tyre", "wheel"} & set(pair.features) or pair.other.get("impacts"):
+            return None, None  # refused: contacts and friction at rest have no force of their own there
+        step = pair.end / ROWS
+        if "inputs" in pair.other:
+            step = json.loads(re.search(r"t: (\[[^]]*\])", pair.other["inputs"])[1])[1]
+        text = (self.folder / "pair.yaml").read_text()
+        (self.folder / "rows.yaml").write_text(text.replace("outputs: [q, qd]", "outputs: [q, qd, qdd, state]" if pair.state_names or pair.machine.delays else "outputs: [q, qd, qdd]"))
+        done = self.kempe("simulate", "rows.yaml", "--output-step", repr(step), "-o", "rows.csv", "--no-convergence-check")
+        if done.returncode:
+            return None, self.reason(done)
+        driven = re.findall(r"d: \{joint: (\w+), displacement", text)
+        done = self.kempe("inverse", "rows.yaml", "--motion", "rows.csv", "--actuators", ",".join([*pair.names, *driven]), "-o", "forces.csv",
+                          "--no-convergence-check")
+        if done.returncode:
+            return None, self.reason(done)
+        table, rows = self.table("forces.csv"), self.table("rows.csv")
+        names = [f"tau.{n}" for n in pair.names]
+        force = max(1.0, *(np.abs(rows[f"qdd.{n}"]).max() for n in pair.names))
+        return [("force", np.array([table[n] for n in names]), np.zeros((len(names), len(table["t"]))), ALLOWED * force)], ""
 
     def simulator(self):
         if "inputs" in self.pair.other:  # a simulator's inputs are set by its caller

@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
@@ -168,6 +169,8 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
         status = start ? KEMPE_OK : settle(o, linear, list);
         if (status == KEMPE_OK)
             kmp_doubt_deflection(system, o->q);
+        if (status == KEMPE_OK)
+            (void)kmp_doubt_shared_friction(system, 0, o->q);
     }
     kempe_assembly_free(a);
     return KMP_GIVE_OR_FREE(status, operating, o, kmp_operating_free);

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
@@ -58,6 +59,7 @@ typedef struct job {
     kmp_inverse inverse;
     kmp_all_loads loads;
     double *load;    /* of the last row */
+    double instant;  /* at which it has its forces */
     kmp_arena arena; /* of scratch */
 } job;
 
@@ -445,7 +447,7 @@ static kempe_status keep_row(job *j)
     const kmp_prescribed_motion *g = &j->prescribed;
     const kmp_inverse *v = &j->inverse;
     const kmp_instant at = {
-        .t = g->t, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
+        .t = j->instant, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
     size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
            vector = 3 * sizeof *row;
@@ -463,7 +465,7 @@ static kempe_status keep_row(job *j)
     if (loads > 0)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
     if (r->least_norm)
-        KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
+        KMP_TRY(kmp_least_norm_loads(g->eval, j->instant, g->q, r->joints, r->joint, j->load));
     kmp_reactions_add(&r->reactions, g->t, j->load);
     for (int l = 0; l < r->loops + r->joints; l++) {
         const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
@@ -504,7 +506,8 @@ static kempe_status go_to(job *j, int k, double t)
     take_states(j, k, t);
     g->state = j->state;
     KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
-    return kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
+    j->instant = kmp_eval_row_time(g->eval, g->t, g->q, g->qd);
+    return kmp_inverse_at(&j->inverse, j->instant, g->q, g->qd, g->qdd);
 }
 
 static kempe_status follow(job *j)

@@ -161,6 +161,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
     g->eval = kmp_eval_new(system, backend);
     if (!g->eval)
         return kmp_memory_failures() != failures ? KEMPE_E_MEMORY : KEMPE_E_ARGUMENT;
+    g->eval->inputs.before = true;
     if (!KMP_ARENA_MAKE(&g->arena, KMP_ROOM(int, g->n, &g->sign, &g->u), KMP_ROOM(bool, g->m, &g->left_out),
                         KMP_ROOM(bool, g->n, &g->given),
                         KMP_ROOM(double, g->n, &g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest,

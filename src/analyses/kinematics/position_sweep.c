@@ -11,6 +11,7 @@
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/few_tangents.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
@@ -367,7 +368,8 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
 {
     const kempe_kinematics *k = j->k;
     double t = k->time < 0 ? 0 : kmp_sweep_parameter_value(&k->parameter[k->time], s);
-    const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero) : NULL;
+    const double at = k->width > 0 ? kmp_eval_row_time(j->sweep.eval, t, q, qd) : t;
+    const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, at, q, qd, qdd, j->zero) : NULL;
     kmp_eval_doubt_state(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];

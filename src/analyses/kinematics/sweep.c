@@ -371,6 +371,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
     sweep->eval = kmp_eval_new(system, backend);
     if (!sweep->eval)
         return KEMPE_E_MEMORY;
+    sweep->eval->inputs.before = true;
     ptrdiff_t x = system->n + 1, m = system->m;
     if (!KMP_ARENA_MAKE(&sweep->arena, KMP_ROOM(bool, m, &sweep->dropped), KMP_ROOM(int, m, &sweep->moving),
                         KMP_ROOM(double, x, &sweep->here.x, &sweep->here.dx, &sweep->next.x, &sweep->next.dx,

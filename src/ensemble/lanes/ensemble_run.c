@@ -5,6 +5,8 @@
 #include "backend/time_scales.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
+#include "constraints/closing/assembly.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
@@ -12,6 +14,7 @@
 #include "integrators/run/methods.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
+#include "model/read/loads.h"
 #include "platform/platform.h"
 #include <math.h>
 #include <pthread.h>
@@ -252,6 +255,16 @@ kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *
     return status;
 }
 
+/* Friction by a load that is not unique, at the start of the model itself. */
+static bool is_shared(const kempe_system *s)
+{
+    kempe_assembly *a = NULL;
+    const kempe_status status = kmp_model_presses_friction(s->model) ? kmp_assemble_start(s, &a) : KEMPE_OK;
+    const bool shared = status == KEMPE_OK && a && a->closed && kmp_doubt_shared_friction(s, 0, a->q);
+    kempe_assembly_free(a);
+    return shared;
+}
+
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
@@ -279,11 +292,11 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .caller = pthread_self(),
                     .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
-    const bool quiet = kmp_context_quiet(context, true);
+    const bool presses = is_shared(e->engine[0]->s), quiet = kmp_context_quiet(context, true);
     tell_conditions(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
-    e->work.doubted = open;
+    e->work.doubted = open || presses;
     tell_conditions(e, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);

@@ -38,6 +38,7 @@ typedef struct kmp_ensemble_result {
     bool alone;          /* made by a separate run */
     int parts;           /* of its time that separate runs have made between lanes */
     bool rates_changed;  /* its start rates were given and could not be kept */
+    bool gaps_changed;   /* closing its loops moves what counts from the start as it is written */
     bool unstable;       /* its deformations start in a balance that is not stable */
     const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;

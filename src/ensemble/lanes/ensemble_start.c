@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/close.h"
+#include "constraints/closing/start_gaps.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
@@ -225,6 +226,9 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
         q = (*a)->q;
         qd = (*a)->qd;
         e->results[i].rates_changed = (*a)->rates_changed;
+        const int moved = kmp_has_start_gaps(e->s) ? kmp_count_start_gaps(e->eval, q, NULL) : 0;
+        KMP_TRY(kmp_made(e->s->context, moved >= 0));
+        e->results[i].gaps_changed = moved > 0;
         e->results[i].unstable = (*a)->unstable;
         if (start && !(*a)->inner_q) {
             memcpy(start, q, size);

@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -302,6 +303,8 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
     kempe_status status = kmp_assembly_at_start(system, &assembly); /* given also where the loops do not close */
     if (status == KEMPE_OK)
         status = take_start_values(x, arena, system, assembly);
+    if (status == KEMPE_OK)
+        (void)kmp_doubt_shared_friction(system, 0, assembly->q);
     kempe_assembly_free(assembly);
     return status;
 }
@@ -391,6 +394,12 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
                 "table '%s': a generated simulator does not say when a sensor uses it beyond its points, where it goes "
                 "straight on",
                 system->model->tables[system->use[k].table].name);
+    for (int k = 0; k < kmp_model_given_inputs(system->model); k++)
+        if (system->model->inputs[k].signal.count > 1)
+            kmp_log(system->context, KEMPE_LOG_WARNING,
+                    "input '%s': a generated simulator does not have its samples; it keeps the value and derivatives "
+                    "of t = 0 until its caller sets others",
+                    system->model->inputs[k].name);
     return kmp_made(source->context, !source->arena.failed);
 }
 

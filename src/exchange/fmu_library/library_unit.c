@@ -42,6 +42,7 @@ typedef struct library_unit {
     kempe_stepper *stepper;        /* the motion; NULL: it has not started */
     double *given;                 /* three an input: as the stepper has them */
     kempe_simulator_work before;   /* work until the stepper was restored */
+    size_t told;                   /* length of the doubts of the motion that the importer has been told */
 } library_unit;
 
 /* The unit whose equations a simulator has. */
@@ -355,6 +356,20 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
     return status == KEMPE_OK ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_ENDED;
 }
 
+/* The same, with the next doubt of the motion as the message where there is no other one. */
+static kempe_simulator_status show_motion(kempe_simulator *s, kempe_status status)
+{
+    library_unit *unit = unit_of(s);
+    const kempe_simulator_status shown = show(s, status);
+    const char *doubts = kmp_context_doubts(unit->context);
+    const char *line = doubts + (unit->told < strlen(doubts) ? unit->told : strlen(doubts));
+    if (shown == KEMPE_SIMULATOR_FAILED || s->message[0] || !*line)
+        return shown;
+    (void)snprintf(s->message, sizeof s->message, "%.*s", (int)strcspn(line, "\n"), line);
+    unit->told += strcspn(line, "\n") + 1;
+    return shown;
+}
+
 static kempe_status set_inputs(kempe_simulator *s)
 {
     library_unit *unit = unit_of(s);
@@ -399,6 +414,7 @@ static kempe_status begin(kempe_simulator *s)
         status = kempe_outputs_new(system, words.s, &unit->outputs);
     kmp_text_free(&words);
     KMP_TRY(status);
+    unit->told = 0;
     return kempe_stepper_new(unit->set_up, &run, &unit->stepper);
 }
 
@@ -412,7 +428,7 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
         status = set_inputs(s);
     if (status == KEMPE_OK && q)
         status = kempe_stepper_set_state(unit->stepper, q, qd, NULL);
-    return show(s, status);
+    return show_motion(s, status);
 }
 
 kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t)
@@ -437,19 +453,20 @@ kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
 
 kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
 {
-    return show(s, kempe_stepper_advance(unit_of(s)->stepper, t));
+    return show_motion(s, kempe_stepper_advance(unit_of(s)->stepper, t));
 }
 
 kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
 {
-    return show(s, kempe_stepper_step(unit_of(s)->stepper));
+    return show_motion(s, kempe_stepper_step(unit_of(s)->stepper));
 }
 
 /* -- saved states -------------------------------------------------------------------------------------- */
 
+/* The past of continuous delays has no constant length. */
 int kempe_simulator_saved_numbers(const kempe_simulator *s)
 {
-    return s->numbers - own_numbers(s->equations);
+    return unit_of(s)->source.model->delay_count > 0 ? 0 : s->numbers - own_numbers(s->equations);
 }
 
 /* The row of a simulator, which begins with q, and its parameters and inputs as the stepper has them. */
@@ -467,8 +484,9 @@ void kempe_simulator_save(const kempe_simulator *s, double *to)
     kempe_simulator copy = *s;
     kempe_stepper_state *state = NULL;
     kmp_memory_piece piece[3];
-    memset(to, 0, (size_t)kempe_simulator_saved_numbers(s) * sizeof *to);
-    if (!unit->stepper || unit->source.model->delay_count > 0 || kempe_stepper_save(unit->stepper, &state) != KEMPE_OK)
+    const int numbers = kempe_simulator_saved_numbers(s);
+    memset(to, 0, (size_t)numbers * sizeof *to);
+    if (!unit->stepper || numbers == 0 || kempe_stepper_save(unit->stepper, &state) != KEMPE_OK)
         return;
     unit->before = s->work;
     const saved_head head = {.started = 1, .t = s->t, .settings = s->settings, .work = s->work};

@@ -118,6 +118,8 @@ static int make_room(kempe_fmu *fmu, fmi_state *state)
 fmi_status FMI_OF_STATE(Get, )(fmi_instance c, fmi_state *state)
 {
     ALLOWED(STANDING);
+    if (kempe_fmu_saves_states(fmu) != KEMPE_FMU_OK)
+        return FMI(Error);
     if (!make_room(fmu, state))
         FAIL("There is no memory for the state.");
     kempe_fmu_save(fmu, *state);

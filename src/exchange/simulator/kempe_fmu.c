@@ -219,7 +219,7 @@ static kempe_fmu_status start(kempe_fmu *fmu)
     if (status == KEMPE_SIMULATOR_FAILED)
         return FAIL("%s", s->message);
     fmu->now.ended = status == KEMPE_SIMULATOR_ENDED;
-    if (fmu->now.ended)
+    if (s->message[0]) /* the end, or what makes the motion not trustworthy */
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     fmu->now.started = 1;
     fmu->now.moved = fmu->now.pressed = fmu->now.tuned = 0;
@@ -506,6 +506,14 @@ static size_t transfer(kempe_fmu *fmu, unsigned char *to, const unsigned char *f
             kempe_simulator_restore(s, fmu->part.kept);
     }
     return used;
+}
+
+kempe_fmu_status kempe_fmu_saves_states(kempe_fmu *fmu)
+{
+    if (kempe_simulator_saved_numbers(&fmu->simulator) > 0)
+        return KEMPE_FMU_OK;
+    return FAIL("This unit saves no states, as its description says: the past of delayed signals is not part of a "
+                "state.");
 }
 
 size_t kempe_fmu_state_bytes(kempe_fmu *fmu)
@@ -934,7 +942,7 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
         return DISCARD("%s", s->message);
     if (status == KEMPE_SIMULATOR_ENDED)
         stride->ended = fmu->now.ended = 1;
-    if (s->message[0]) /* the end, or a table that was left */
+    if (s->message[0]) /* the end, or what makes the motion not trustworthy */
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     return KEMPE_FMU_OK;
 }

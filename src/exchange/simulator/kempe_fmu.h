@@ -167,6 +167,8 @@ kempe_fmu_status kempe_fmu_get_integers(kempe_fmu *fmu, const unsigned *referenc
 /** An error where there are references, for types of which the unit has no variables or none that can be set. */
 kempe_fmu_status kempe_fmu_no_variables(kempe_fmu *fmu, size_t count, const unsigned *references, const char *type);
 
+/** ERROR: the unit saves no states. */
+kempe_fmu_status kempe_fmu_saves_states(kempe_fmu *fmu);
 /** Bytes of a saved state, and it. */
 size_t kempe_fmu_state_bytes(kempe_fmu *fmu);
 void kempe_fmu_save(kempe_fmu *fmu, unsigned char *to);

@@ -386,7 +386,7 @@ kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t);
 kempe_simulator_status kempe_simulator_step(kempe_simulator *s);
 
 /** Saving and restoring: numbers of a state, copied as they are. The motion that follows has the same bits, here and in
- * another simulator of the same equations. */
+ * another simulator of the same equations. No numbers: this one saves no states. */
 int kempe_simulator_saved_numbers(const kempe_simulator *s);
 void kempe_simulator_save(const kempe_simulator *s, double *to);
 void kempe_simulator_restore(kempe_simulator *s, const double *from);

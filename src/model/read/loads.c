@@ -83,6 +83,14 @@ static bool is_size(const kmp_expr *e, const void *unused)
     return e->kind == KMP_EXPR_LAMBDA && e->number < 0 && !e->measure;
 }
 
+bool kmp_model_presses_friction(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->force_count && !any; k++)
+        any = model->forces[k].kind == KMP_FORCE_FRICTION && kmp_expr_find(model->forces[k].effort, is_size, NULL);
+    return any;
+}
+
 /* True for the joint of a body with a translation: a load across the plane presses it. That of a pin is along its axis.
  */
 static bool slides(const kempe_model *model, int body)

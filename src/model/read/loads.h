@@ -15,6 +15,9 @@ int kmp_model_friction_count(const kempe_model *model);
 /** True if the model has rigid contacts. */
 bool kmp_model_has_contacts(const kempe_model *model);
 
+/** True if friction is pressed by the size of a reaction (`mu`). */
+bool kmp_model_presses_friction(const kempe_model *model);
+
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);
 

@@ -6,6 +6,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/assembly_modes.h"
+#include "constraints/closing/start_gaps.h"
 #include "model/data/model.h"
 #include "model/data/start.h"
 #include "model/write/model_print.h"
@@ -205,6 +206,7 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_put(&warnings, "");
     kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
+    warnings.failed = !kmp_put_start_gaps(&warnings, a->system, a->q) || warnings.failed;
     if (a->ended)
         kmp_text_printf(&warnings, "%s\n", a->ended);
     kmp_json j = kmp_print_head(text, a->system, outcome_of(a), reason.s, a->system->build_s, warnings.s);

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/present_inputs.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
@@ -34,9 +35,9 @@
 /* -- checkpoints ----------------------------------------------------------------------------------------- */
 
 /* Checkpoints of a long run, from which it can continue: a line that identifies the model, a line of columns, the rows
- * in full digits, the past of continuous delays, and a checksum of these. */
+ * in full digits, the past of continuous delays, why the run is not to be trusted so far, and a checksum of these. */
 
-enum { VERSION = 4, PIECE_HEAD = 3 };
+enum { VERSION = 5, PIECE_HEAD = 3 };
 
 /* 64-bit FNV-1a (Fowler, Noll, Vo): any one byte that differs changes it. */
 static uint64_t hash_more(uint64_t hash, const char *s, size_t length)
@@ -110,9 +111,20 @@ static void print_past(const kmp_past_signal *signal, double t, kmp_text *text)
     }
 }
 
+static const char doubt_head[] = "# doubt,";
+
+/* Doubts of a run, one a line. A run that continues from the checkpoint has them, too. */
+static void print_doubts(const char *doubts, kmp_text *text)
+{
+    static const char before[] = "before the checkpoint: ";
+    for (const char *line = doubts; *line; line += strcspn(line, "\n") + 1)
+        kmp_text_printf(text, "%s%s%.*s\n", doubt_head, strncmp(line, before, sizeof before - 1) == 0 ? "" : before,
+                        (int)strcspn(line, "\n"), line);
+}
+
 /* Whole or not at all. With a past of delayed signals (NULL: there are none), the rows until its end. */
 static kempe_status checkpoint_write(const kempe_system *system, const kmp_samples *samples, const kmp_past *past,
-                                     const char *path)
+                                     const char *doubts, const char *path)
 {
     kmp_text text = {0};
     double t = 0;
@@ -136,6 +148,7 @@ static kempe_status checkpoint_write(const kempe_system *system, const kmp_sampl
     }
     for (int k = 0; past && k < past->count; k++)
         print_past(&past->signal[k], t, &text);
+    print_doubts(doubts, &text);
     if (!text.failed)
         kmp_checkpoint_end(&text, text.s, text.length);
     return kmp_file_write(system->context, path, &text);
@@ -249,9 +262,21 @@ static kempe_status read_pasts(reading *r, double t, kmp_past **past)
         if (status == KEMPE_OK)
             read->known = fmax(k > 0 ? read->known : t, read->signal[k].piece[read->signal[k].count - 1].to);
     }
-    if (status == KEMPE_OK && *r->s)
-        status = kmp_complain(r->system->context, r->path, r->line, 1, "the checksum is expected here");
     return KMP_GIVE_OR_FREE(status, past, read, kmp_past_free);
+}
+
+static kempe_status read_doubts(reading *r)
+{
+    while (strncmp(r->s, doubt_head, sizeof doubt_head - 1) == 0) {
+        const char *line = r->s + sizeof doubt_head - 1;
+        const size_t length = strcspn(line, "\n");
+        if (length == 0 || line[length] != '\n')
+            break;
+        kmp_doubt(r->system->context, "%.*s", (int)length, line);
+        r->s = line + length + 1;
+        r->line++;
+    }
+    return *r->s ? kmp_complain(r->system->context, r->path, r->line, 1, "the checksum is expected here") : KEMPE_OK;
 }
 
 /* Cuts the last line off, which must be the sum of the rest. */
@@ -315,6 +340,8 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
         status = read_rows(&r, row, samples);
     if (status == KEMPE_OK)
         status = read_pasts(&r, kmp_samples_time(samples, samples->rows - 1), past);
+    if (status == KEMPE_OK)
+        status = read_doubts(&r);
     kmp_text_free(&head);
     kmp_free(row);
     return status;
@@ -357,8 +384,6 @@ enum { MANY_ROWS = 200 };
 #define TRUSTED_GAP 1e4
 /* Loads that are evaluated in two ways are the same up to rounding. */
 #define SAME_LOAD 1e-9
-/* Part of its time by which a row at an event is before it: some roundings. */
-#define AT_EVENT 1e-14
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -735,6 +760,7 @@ static void count_mode_changes(kempe_trajectory *t)
     kmp_mode_watch *watch = watched ? kmp_mode_watch_new(t->system, held, kmp_samples_time(&t->table, 0),
                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), NULL)
                                     : NULL;
+    t->watches_modes = watch;
     for (int row = 0; watch && row < t->table.rows; row++) {
         const double at = kmp_samples_time(&t->table, row);
         const kmp_loop_block *block = kmp_mode_watch_next(watch, at, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
@@ -765,6 +791,8 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     kmp_remark_conditions(t->system, &t->log, &t->remarks);
     kmp_warn_of_lift_off(t->system, &t->table);
+    if (status == KEMPE_OK)
+        status = kmp_made(t->system->context, kmp_doubt_levels(&t->table, eval));
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
     status = status == KEMPE_OK ? doubted : status;
     if (t->table.rows > 0)
@@ -773,9 +801,17 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
     return status;
 }
 
+/* The checkpoint of a run at its present state, without doubts of the model itself, which are not of this run. */
+static kempe_status keep_checkpoint(const kmp_simulation *j, const kempe_trajectory *t)
+{
+    return checkpoint_write(t->system, &t->table, j->kept.past, kmp_context_doubts(j->context) + j->doubts,
+                            j->run->checkpoint);
+}
+
 /* The target of rows: the table, and every few seconds the table goes into the checkpoint. */
 typedef struct sink {
     kempe_trajectory *t;
+    const kmp_simulation *j;
     const char *checkpoint;
     kmp_program_cache_past *kept;
     int covered; /* the last row that the past reaches */
@@ -789,7 +825,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (kmp_samples_add(&s->t->table, t, q, qd, qdd, lambda, work))
         return 1;
     bool due = s->checkpoint && time(NULL) - s->written >= CHECKPOINT_SECONDS;
-    kempe_status written = due ? checkpoint_write(s->t->system, &s->t->table, s->kept->past, s->checkpoint) : KEMPE_OK;
+    kempe_status written = due ? keep_checkpoint(s->j, s->t) : KEMPE_OK;
     s->written = due ? time(NULL) : s->written;
     const kmp_past *past = s->kept->past;
     while (past && s->covered + 1 < s->t->table.rows && kmp_samples_time(&s->t->table, s->covered + 1) <= past->known)
@@ -820,7 +856,7 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
         KMP_TRY(kmp_reaction_watch_new(j->system, j->spec.rtol, j->least_norm, &t->watch));
     j->spec.step = j->counts.steps || t->watch ? take_step : NULL;
     j->spec.user = j;
-    sink s = {t, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
+    sink s = {t, j, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);
         t->table = j->before;
@@ -842,7 +878,7 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
     if (t->report.integrator)
         t->integrator = t->report.integrator;
     if (s.checkpoint && t->table.rows > 0) {
-        kempe_status written = checkpoint_write(j->system, &t->table, j->kept.past, s.checkpoint);
+        kempe_status written = keep_checkpoint(j, t);
         status = written == KEMPE_OK ? status : written == KEMPE_E_IO ? KEMPE_E_FAILED : written;
     }
     return status;
@@ -859,14 +895,14 @@ static kempe_status find_sides(kempe_trajectory *t)
         while (row + 1 < table->rows && kmp_samples_time(table, row + 1) <= entry->t)
             row++;
         const double late = row > 0 ? entry->t - kmp_samples_time(table, row) : INFINITY;
-        if (!(late >= 0 && late <= AT_EVENT * fabs(entry->t)))
+        if (!(late >= 0 && late <= KMP_BEFORE_EVENT * fabs(entry->t)))
             continue;
         if (!table->from) {
             table->from = KMP_NEW(double, table->rows);
             KMP_TRY(kmp_made(t->system->context, table->from));
             memcpy(table->from, table->t, (size_t)table->rows * sizeof *table->t);
         }
-        table->from[row] = entry->t - AT_EVENT * fabs(entry->t);
+        table->from[row] = entry->t - KMP_BEFORE_EVENT * fabs(entry->t);
     }
     return KEMPE_OK;
 }
@@ -929,6 +965,7 @@ static kempe_status judge_further(kempe_trajectory *t, const kmp_simulation *j)
 kempe_status kmp_simulation_begin(kmp_simulation *j, const kempe_system *system, const kempe_run_options *options)
 {
     *j = (kmp_simulation){.system = system, .context = system->context, .run = options};
+    j->doubts = strlen(kmp_context_doubts(j->context));
     kmp_samples_init(&j->before, system->n, system->m);
     const kmp_run_judge *judge = kmp_run_judge_find();
     if (judge)
@@ -958,11 +995,15 @@ kempe_status kmp_simulation_judge(kmp_simulation *j, kempe_status status)
     kempe_trajectory *t = j->trajectory;
     if (!kmp_has_result(status))
         return status;
+    const size_t kept = strlen(kmp_context_doubts(j->context)); /* in the checkpoint, if there is one */
     kempe_status judged = judge(t, j);
     if (judged == KEMPE_OK)
         judged = judge_further(t, j);
     status = judged == KEMPE_OK ? status : judged;
-    return status == KEMPE_OK && !j->run->no_convergence_check ? run_again(t, j) : status;
+    if (status == KEMPE_OK && !j->run->no_convergence_check)
+        status = run_again(t, j);
+    const bool doubted = strlen(kmp_context_doubts(j->context)) > kept;
+    return status == KEMPE_OK && doubted && j->run->checkpoint && t->table.rows > 0 ? keep_checkpoint(j, t) : status;
 }
 
 kempe_status kmp_simulation_end(kmp_simulation *j, kempe_status status, kempe_trajectory **trajectory)

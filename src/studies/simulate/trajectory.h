@@ -54,6 +54,7 @@ typedef struct kmp_simulation {
     kmp_samples before;          /* rows of the checkpoint to continue from */
     kmp_past *past;              /* of delayed signals in it; NULL: none */
     kmp_program_cache_past kept; /* for the checkpoint of this run */
+    size_t doubts;               /* length of the doubts of the context before the run */
     kempe_assembly start;
     void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
@@ -76,7 +77,8 @@ struct kempe_trajectory {
     kmp_convergence again;
     kmp_run_report report;            /* its reason has moved to `reason` */
     kmp_run_log log;                  /* of events */
-    int mode_changes;                 /* of the assembly mode for given held coordinates; the first one: */
+    bool watches_modes;               /* the held coordinates of the start determine all others */
+    int mode_changes;                 /* of the assembly mode for these; the first one: */
     double mode_t[2];                 /* between these rows */
     int mode_coordinate;              /* a coordinate of the loops that pass to it */
     double *reaction;                 /* 3 a closure, at the last row; NaN when there is none */

@@ -564,7 +564,7 @@ static void json(kmp_text *text, const void *result)
         json_contacts(&j, t);
     if (t->judged)
         kmp_run_judge_find()->json(&j, t->system->model, t->judged);
-    kmp_json_put(&j, "mode_changes %d cpu_s %g", t->mode_changes, t->report.cpu_s);
+    kmp_json_put(&j, "mode_changes %g cpu_s %g", t->watches_modes ? (double)t->mode_changes : NAN, t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);
     kmp_json_end(&j);
