@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Random mechanisms: planar and spatial, one to four loops, random joints, some redundant, some that cannot be
- * assembled. Each runs on the reduced and on another formulation, `projected` unless the case names one; the outcomes are
- * counted, and what the formulations do not agree about is named.
+ * assembled. Each runs on the reduced and on another formulation, `projected` unless the case names one; the outcomes
+ * are counted, and what the formulations do not agree about is named.
  *
  *     bench mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
  *                                                                                   alone
