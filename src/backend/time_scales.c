@@ -36,6 +36,7 @@ typedef struct study {
     kmp_arena *aside; /* of this study */
     double *end;      /* NULL: none, or no memory */
     int ends, halvings;
+    long all_halvings; /* of this study's divisions */
     double shortest, longest;
     double size[MOST]; /* largest values so far */
 } study;
@@ -222,6 +223,7 @@ static void divide(study *s, const double *parameters, double from, double to)
     values_at(s, parameters, from, x);
     values_at(s, parameters, to, y);
     (void)halve(s, parameters, 0, from, to, x, y);
+    s->all_halvings += s->halvings;
 }
 
 /* Adds the intervals of a study to the intervals of others. False: no memory. */
@@ -265,6 +267,7 @@ static bool find_together(study *s, const double *parameters, const double span[
     bool made = s->bounds && !aside.failed;
     if (made && (s->which != KMP_TIMED_SHORT || s->longest >= CONTRAST * s->shortest))
         made = add_ends(s, arena, found);
+    found->halvings += s->all_halvings;
     if (ended_early(s)) {
         found->open = s->name[0];
         found->open_count = s->count;

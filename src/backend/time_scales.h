@@ -15,6 +15,7 @@ typedef struct kmp_time_scales {
     double shortest;  /* interval, INFINITY without any */
     const char *open; /* of a function with too many short intervals: where it is; NULL: there is none */
     int open_count;   /* functions that were studied together with it, itself among them */
+    long halvings;    /* of intervals, in all */
 } kmp_time_scales;
 
 /** The functions whose intervals are found: functions that may have short ones, where some are much shorter than
