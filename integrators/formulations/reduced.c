@@ -498,12 +498,12 @@ static inline bool applies(const kmp_reduced *d)
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    bool runs = applies(d), by_saddle = runs && kmp_reduced_has_saddle_program(d), made = false;
+    bool runs = applies(d), made = false;
     if (runs)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
-    d->use.by_saddle_program = made && by_saddle;
-    if (!made && runs && d->integrated && !by_saddle)
+    d->use.by_saddle_program = made && kmp_reduced_has_saddle_program(d);
+    if (!made && runs && d->integrated && !kmp_reduced_has_saddle_program(d))
         return KMP_RETRY;
     if (!made) { /* a program gives only dy */
         d->use.evaluations++;
