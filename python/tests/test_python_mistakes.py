@@ -187,7 +187,7 @@ MISTAKES = {
     "a large tolerance": (A, ["rtol = 10", "1e-15 .. 0.1"], lambda p: run(rtol=10)),
     "a tolerance in words": (ValueError, ["rtol", "'high'"], lambda p: run(rtol="high")),
     "a negative output step": (A, ["output_step = -0.1", "positive"], lambda p: run(output_step=-0.1)),
-    "an integrator of another package": (A, ["'rk45'", "dop853"], lambda p: run(integrator="rk45")),
+    "an integrator of another package": (A, ["'rk45'", "dop853", "bdf"], lambda p: run(integrator="rk45")),
     "a formulation that does not exist": (A, ["'lagrange'", "projected"], lambda p: run(formulation="lagrange")),
     "an independent coordinate that does not exist": (A, ["'krank'", "'crank'"], lambda p: run(independent="krank")),
     "too many independent coordinates": (F, ["1 degree of freedom", "coupler"], lambda p: run(independent="crank,rocker")),

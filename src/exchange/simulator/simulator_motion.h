@@ -246,8 +246,7 @@ static outcome go_to_given(kempe_simulator *s, double t, const double *given, co
     return said;
 }
 
-/* The same from the placed q. Where the loops do not close with the other coordinates as they
- * are, these give way. */
+/* The same from the placed q. The other coordinates give way if the loops do not close with them as they are. */
 static outcome close_given_place(kempe_simulator *s, double t, const double *given)
 {
     const int n = s->equations->coordinates;

@@ -543,7 +543,9 @@ static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
     if (!name)
         return -1;
     if (is_defined(scope, name) || find_local(p, name)) {
-        kmp_parse_complain(p, word, "'%s' is a unit and a name of this model: put the number before it in parentheses",
+        kmp_parse_complain(p, word,
+                           "'%s' is a unit and a name of this model: give the name another one, or, where the name is "
+                           "meant, put the number and its unit in parentheses",
                            name);
         return -1;
     }

@@ -30,7 +30,14 @@ static const kmp_key keys[] = {
 static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_model_input *input)
 {
     kmp_points p = {.r = r, .map = map, .what = what, .key = {"t", "value"}, .dimension = KMP_DIM_NUMBER};
-    const kmp_yaml *method = kmp_read_required(r, map, what, "method");
+    const kmp_yaml *method = kmp_yaml_get(map, "method");
+    if (!method) {
+        kmp_text words = {0};
+        kmp_name_list_print(&words, kmp_signal_words, ", ", " or ");
+        kmp_reader_complain(r, map->place, "%s has no key 'method': its samples need %s", what, words.s ? words.s : "");
+        r->scratch.failed = r->scratch.failed || words.failed;
+        kmp_text_free(&words);
+    }
     int word = method ? kmp_read_choice(r, method, what, kmp_signal_words, "the method is") : -1;
     if (word < 0 || !kmp_read_points(&p) || (p.count > 1 && !kmp_points_increase(&p, "times", "sample")))
         return;
@@ -115,6 +122,12 @@ static void read_input(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         input->si = unit.factor / unit.divisor;
     } else if (text) {
         kmp_reader_complain(r, node->place, "unit of %s: '%s' is not a unit", what, text);
+    }
+    const kmp_yaml *single = csv || kmp_yaml_get(map, "t") ? NULL : kmp_yaml_get(map, "value");
+    if (single && single->kind == KMP_YAML_SCALAR) {
+        kmp_reader_complain(r, single->place, "%s has a value without times: a constant value is 'default: %s'", what,
+                            single->text);
+        sampled = false;
     }
     if (value)
         (void)kmp_read_quantity(r, value, kmp_reader_say(r, "default of %s", what), input->dimension, input->si,

@@ -136,7 +136,7 @@ static int find_unknown(void *user, const char *name, const kmp_unknowns **unkno
     return -1;
 }
 
-static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
+static void suggest_parameter(kmp_reader *r, const char *name, kmp_text *sentence)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
@@ -145,7 +145,13 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
     for (int i = 0; i < r->model->unknowns_count; i++)
         kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));
-    if (!nearest.best && find_joint(r->model, name))
+    if (kmp_yaml_get(kmp_yaml_get(r->root, "sensors"), kmp_reader_name(r, r->scope, name)))
+        kmp_text_printf(
+            sentence,
+            "; '%s' is a sensor, and only outputs have sensors: as an entry of 'algebraic' every expression "
+            "may have it",
+            name);
+    else if (!nearest.best && find_joint(r->model, name))
         kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
     else
         kmp_nearest_suggest(&nearest, sentence);
