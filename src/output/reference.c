@@ -4,8 +4,8 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/files/csv_reader.h"
 #include "model/language/nearest.h"
-#include "output/csv_reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -187,7 +187,7 @@ static bool read_row(kmp_csv *csv, const char *line)
     return true;
 }
 
-static const kmp_csv_form form = {"the header line is missing; it begins with t", NULL, read_header, read_row};
+static const kmp_csv_form form = {"the header line is missing; it begins with t", NULL, read_header, read_row, false};
 
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference)
 {

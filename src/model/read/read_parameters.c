@@ -27,9 +27,28 @@ static const kmp_key keys[] = {
 
 /* -- samples --------------------------------------------------------------------------------------- */
 
+/* Units in the head of a file: of the times, and of the values, which they give their dimension. */
+static bool check_column_units(const kmp_points *p, kmp_model_input *input)
+{
+    const kmp_yaml *csv = kmp_yaml_get(p->map, "csv");
+    if (!kmp_dimension_fits(p->unit[0].dimension, KMP_DIM_TIME))
+        return kmp_complain_of(p->r, csv, p->what, "the unit of the column of times is not a unit of time");
+    if (!kmp_dimension_fits(p->unit[1].dimension, input->dimension))
+        return kmp_complain_of(p->r, csv, p->what, "the unit of the column of values does not fit 'unit: %s'",
+                               input->unit);
+    if (p->has_unit[1])
+        input->dimension = p->unit[1].dimension;
+    return true;
+}
+
 static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_model_input *input)
 {
-    kmp_points p = {.r = r, .map = map, .what = what, .key = {"t", "value"}, .dimension = KMP_DIM_NUMBER};
+    kmp_points p = {.r = r,
+                    .map = map,
+                    .what = what,
+                    .key = {"t", "value"},
+                    .dimension = KMP_DIM_NUMBER,
+                    .unit = {{.dimension = KMP_DIM_ANY}, {.dimension = KMP_DIM_ANY}}};
     const kmp_yaml *method = kmp_yaml_get(map, "method");
     if (!method) {
         kmp_text words = {0};
@@ -45,7 +64,9 @@ static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, k
         kmp_reader_complain(r, map->place, "%s has no samples", what);
         return;
     }
-    for (int k = 0; k < p.count; k++)
+    if (!check_column_units(&p, input))
+        return;
+    for (int k = 0; k < p.count && !p.has_unit[1]; k++)
         p.y[k] *= input->si;
     (void)kmp_signal_init(&input->signal, &r->model->arena, (kmp_signal_method)word, p.count, p.x, p.y);
 }

@@ -230,6 +230,8 @@ typedef struct kmp_points {
     int count;
     double *x, *y; /* of the first key and of the second one; in scratch memory */
     kmp_place *place;
+    bool has_unit[2]; /* the columns have units in their file, and the numbers are in SI */
+    kmp_unit unit[2]; /* the units of the columns; without one its dimension fits any */
 } kmp_points;
 
 /* -- shapes (read_mass.c), after points ------------------------------------------------------ */
