@@ -388,6 +388,12 @@ static bool is_bare(const kmp_reader *r, const kmp_expr *expr)
     return literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE;
 }
 
+bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node)
+{
+    const kmp_expr *expr = node->kind == KMP_YAML_SCALAR && !node->empty ? kmp_read_constant(r, node, "") : NULL;
+    return expr && is_bare(r, expr);
+}
+
 void kmp_warn_of_turns(kmp_reader *r)
 {
     for (const kmp_turns *x = r->turns; r->model->source.degrees && x < r->turns + r->turn_count; x++)

@@ -180,6 +180,7 @@ static void read_parts(kmp_reader *r)
     kmp_settle_parameters(r);
     kmp_settle_inputs(r);
     kmp_warn_of_turns(r);
+    kmp_warn_of_sizes(r);
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */
