@@ -2580,10 +2580,10 @@ class Resume(Case):
         text = ("kempe: 1\nparameters: {l: 300 mm, J: 4500}\ngravity: [0, -9.81, 0]\n"
                 "bodies: {a: {joint: {revolute: z, at: ground}, mass: 0.6, com: [l/2, 0, 0], inertia: {zz: 0.0045}, points: {P: [l, 0, 0]}}}\n")
         self.assertNotIn("without a unit", self.expect(0, "check", self.model(text)).stderr)
-        for old, new, told in (("zz: 0.0045", "zz: 4500", "4:91: inertia zz of body 'a' is 4500 without a unit and is taken in kg m^2, "
-                                "a radius of gyration of 86.6 m with points of its body within 0.3 m; for kg mm^2 write '4500 kg*mm^2'"),
+        for old, new, told in (("zz: 0.0045", "zz: 4500", "4:91: inertia zz of body 'a' is 4500 without a unit, taken in kg m^2: "
+                                "a radius of gyration of 86.6 m with points of its body within 0.3 m; for mm write '4500 kg*mm^2'"),
                                ("zz: 0.0045", "zz: J", "inertia zz of body 'a' is 4500 without a unit"),
-                               ("l/2", "-150", "component 1 of the com of body 'a' is -150 without a unit and is taken in m, "
+                               ("l/2", "-150", "component 1 of the com of body 'a' is -150 without a unit, taken in m, "
                                 "with points of its body within 0.3 m; for mm write '-150 mm'"),
                                ("-9.81", "-9810", "gravity is -9810 without a unit and is taken in m/s^2"),
                                ("zz: 0.0045", "zz: 4500 kg*m^2", None), ("zz: 0.0045", "zz: 5", None), ("l/2", "20", None),

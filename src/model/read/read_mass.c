@@ -559,14 +559,14 @@ void kmp_warn_of_sizes(kmp_reader *r)
         if (x->moment)
             kmp_reader_warn(
                 r, x->place,
-                "%s is %g without a unit and is taken in kg m^2, a radius of gyration of %.3g m with points of %s "
-                "within %.3g m; for kg mm^2 write '%g kg*mm^2'",
+                "%s is %g without a unit, taken in kg m^2: a radius of gyration of %.3g m with points of %s "
+                "within %.3g m; for mm write '%g kg*mm^2'",
                 x->what, x->value, length, of, size, x->value);
         else
             kmp_reader_warn(
                 r, x->place,
-                "%s is %g without a unit and is taken in m, with points of %s within %.3g m; for mm write '%g mm'",
-                x->what, x->value, of, size, x->value);
+                "%s is %g without a unit, taken in m, with points of %s within %.3g m; for mm write '%g mm'", x->what,
+                x->value, of, size, x->value);
     }
 }
 
