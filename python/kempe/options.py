@@ -113,12 +113,12 @@ def _text(value: Any, keep: list[Any]) -> Any:
 
 
 def _real(value: Any, keep: list[Any]) -> float:
-    if not isinstance(value, str):
-        try:
-            return float(value)
-        except TypeError:
-            pass
-    raise TypeError(f"a number in SI is needed, not {value!r}")
+    try:
+        return float(value)
+    except TypeError:
+        raise TypeError(f"a number is needed, not {value!r}") from None
+    except ValueError:
+        raise ValueError(f"a number in SI is needed, not {value!r}") from None
 
 
 def _whole(value: Any, keep: list[Any]) -> int:

@@ -176,7 +176,7 @@ MISTAKES = {
     "a start that does not close": (F, ["'C' by 0.795 m", "leave out coordinates"], lambda p: run(q=OPEN)),
     "rates that contradict": (F, ["qd contradicts", "leave out rates"], lambda p: run(q={"crank": 0.3}, qd=[1, 1, 1])),
     "an end before the start": (A, ["t_end = -1", "positive"], lambda p: four().simulate(t_end=-1)),
-    "an end with a unit": (TypeError, ["t_end", "a number in SI is needed, not '500 ms'"], lambda p: four().simulate(t_end="500 ms")),
+    "an end with a unit": (ValueError, ["t_end", "a number in SI is needed, not '500 ms'"], lambda p: four().simulate(t_end="500 ms")),
     "an end at the start": (A, ["t_end", "positive number, not 0"], lambda p: four().simulate(t_end=0)),
     "an end that is NaN": (A, ["t_end = nan"], lambda p: four().simulate(t_end=NAN)),
     "an end with a unit": (ValueError, ["t_end", "'5 s'"], lambda p: four().simulate(t_end="5 s")),
