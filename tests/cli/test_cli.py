@@ -2459,8 +2459,11 @@ class Numpy(Case):
         self.assertEqual(said.stdout.split(), ["0", "q.crank"], said.stderr)
 
     def test_npz_that_cannot_be_written(self):
-        done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz")
-        self.assertIn("nowhere/a.npz", done.stderr)
+        """A folder that is missing is named before the run, whose result would be lost."""
+        done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz", "--json", "-")
+        self.assertEqual(done.stderr, "kempe: cannot write 'nowhere/a.npz': No such file or directory\n")
+        self.assertEqual((json.loads(done.stdout)["status"], json.loads(done.stdout)["build_s"]), ("failed", None))
+        self.assertEqual(self.expect(1, "simulate", FOUR_BAR, "--json", "nowhere/a.json").stdout, "")
 
 
 class Resume(Case):
