@@ -2566,6 +2566,8 @@ class Resume(Case):
             "kempe: 1\nparameters: {length: 300 mm, tilt: 10 deg, speed: 72 m/s}\n"
             "bodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [length*cos(tilt)*speed/speed, 0, 0]}}\n"
         )
+        self.assertEqual(self.expect(2, "check", model, "--set", "length=3 kg").stderr,
+                         "--set length:1:1: parameter 'length', which is '300 mm' in the file: expected m, got kg\n")
         for setting, word in (("length=310", "write '310 mm'"), ("tilt=20", "write '20 deg'")):
             self.assertIn(word, self.expect(0, "check", model, "--set", setting).stderr)
         for setting in ("length=0.31", "length=310 mm", "tilt=0.2", "speed=70"):

@@ -365,6 +365,22 @@ static void warn_of_unit(valuation *v, int i)
                 v->r->model->parameters[i].name, set->text, file->text, set->text, unit);
 }
 
+/* A setting has the dimension of the number with a unit that the file has. */
+static void check_setting(valuation *v, int i)
+{
+    kmp_reader *r = v->r;
+    const kmp_yaml *file = v->map->items[i], *set = v->items[i];
+    if (set == file || file->kind != KMP_YAML_SCALAR || v->states[i] != KNOWN)
+        return;
+    const char *name = r->model->parameters[i].name;
+    const kmp_expr *e = kmp_read_constant(r, file, name);
+    const char *what = kmp_reader_say(r, "parameter '%s', which is '%s' in the file", name, file->text);
+    kmp_dimension found;
+    if (e && e->kind == KMP_EXPR_NUMBER && e->unit.kind == KMP_DIMENSION_KNOWN &&
+        !kmp_check_dimension(r, set, what, v->exprs[i], e->unit, &found))
+        v->states[i] = BAD;
+}
+
 void kmp_read_parameters(kmp_reader *r)
 {
     kmp_section section = kmp_read_section(r, "parameters", "parameter");
@@ -391,6 +407,7 @@ void kmp_read_parameters(kmp_reader *r)
                 return;
         }
     for (int i = 0; i < v.map->count; i++) {
+        check_setting(&v, i);
         warn_of_unit(&v, i);
         r->parameter_known[i] = v.states[i] == KNOWN;
         if (v.states[i] != KNOWN)
