@@ -113,8 +113,9 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
 const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
 {
     kmp_parse_skip_space(p);
-    if (*p->at == '\0')
-        return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends", wanted);
+    if (*p->at == '\0') /* YAML ends a text at a comma within brackets */
+        return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends%s", wanted,
+                                  strstr(wanted, "','") ? "; with a comma it needs quotes inside {..} and [..]" : "");
     int length = (int)kmp_parse_word_length(p->at);
     if (length == 0) /* the bytes of a character, so that a message never cuts one */
         do
