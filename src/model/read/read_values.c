@@ -647,6 +647,15 @@ int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name
     return point;
 }
 
+/* A text without a point. Only joints take a body for its origin. */
+static void complain_form(kmp_reader *r, kmp_place place, const char *text, const char *what)
+{
+    const bool body = strcmp(text, "ground") == 0 || find_body(r, kmp_reader_body_name(r, place.file, text)) >= 0;
+    kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'%s%s%s", what, text,
+                        body ? "; its origin is a point where 'points' of '" : "", body ? text : "",
+                        body ? "' lists one, as O: [0, 0, 0]" : "");
+}
+
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
 {
     const char *rest;
@@ -657,7 +666,7 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     }
     const char *dot = strchr(text, '.');
     if (!dot || dot == text || !dot[1]) {
-        kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+        complain_form(r, place, text, what);
         return -1;
     }
     size_t length = (size_t)(dot - text);
