@@ -1578,6 +1578,8 @@ class Input(Case):
 
     def test_no_file(self):
         self.assertIn("nowhere.yaml", self.expect(2, "check", "nowhere.yaml").stderr)
+        for name in (FOUR_BAR.with_suffix(""), FOUR_BAR.with_suffix(".yml")):
+            self.assertEqual(self.expect(2, "check", name).stderr, f"kempe: cannot read '{name}': No such file or directory; did you mean '{FOUR_BAR}'?\n")
 
     def test_json_of_a_failure(self):
         for path in (self.model(self.BAD), 'no "such"\\file.yaml'):
