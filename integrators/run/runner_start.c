@@ -129,7 +129,7 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     return kmp_fail(s->context, KEMPE_E_FAILED,
                     "the rate prescribed by constraint equation '%s'%s%s%s is impossible at the start: %.3g of it "
                     "remains; it is at "
-                    "a dead centre, or drives and closures that move with time contradict each other",
+                    "a dead centre, or drives contradict each other",
                     s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
