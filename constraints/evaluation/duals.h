@@ -14,8 +14,8 @@ typedef struct kmp_duals kmp_duals;
 /** True if all operations of the program are supported here: implicit blocks are not. */
 bool kmp_duals_know(const kmp_program *program);
 
-/** Derivatives of a program, which must outlive them, in the arena; those of the outputs from `aside` on, `aside_count`
- * of them, may be left out later. NULL: no memory. */
+/** Derivatives of a program, which must outlive them, in the arena. The outputs from `aside` on, `aside_count` of them,
+ * may be left out later. NULL: no memory. */
 kmp_duals *kmp_duals_new(const kmp_program *program, int aside, int aside_count, kmp_arena *arena);
 
 /** All inputs of a kind. */
