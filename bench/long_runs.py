@@ -3,6 +3,7 @@
 """Runs of long mechanisms: time of preparation, time of a right-hand side, peak memory, and how each grows with the length.
 
     bench/long_runs.py KEMPE [--most N] [--only NAME] [--formulation NAME]
+    bench/long_runs.py KEMPE --studies [--most N] [--only NAME]    equilibrium, modes and linearize, as whole processes
 
 A chain of N equal links hangs from the ground, level at the start. A scissor lift of N cells stands on the ground: two bars a cell, and
 N - 1 closed loops. A grid of N x N meshes of rods hangs from N + 1 points: 2 N^2 + N rods and N^2 loops. Each is simulated for 0.1 s with the default algorithm at rtol 1e-8, without the cache and without a repetition: on the reduced
@@ -69,6 +70,7 @@ def grid(n):
     return text + "loops:\n" + loops + "start:\n  q: {" + ", ".join(turns) + "}\n"
 
 
+STUDIES = ("equilibrium", "modes", "linearize")
 KINDS = (("chain", chain, (30, 100, 300, 1000, 3000, 10000)), ("scissors", scissors, (10, 30, 100, 300, 1000, 3000)),
          ("grid", grid, (4, 7, 10, 16, 22)))
 
@@ -103,13 +105,42 @@ def measure(kempe, formulation, path):
     return found
 
 
+def study(kempe, word, path):
+    """Processor time in s and peak memory in MB of a whole process, the least of three; None: it fails."""
+    found = None
+    for _ in range(3):
+        with subprocess.Popen([kempe, word, path, "--no-cache", "-q"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            _, status, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode not in (0, 5):
+            return None
+        now = (used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+        found = tuple(map(min, found, now)) if found else now
+        if now[0] > LONGEST / 3:
+            break
+    return found
+
+
+def print_studies(given):
+    columns = (("time", 1e3, True), ("memory", 1, False))
+    for word in STUDIES:
+        for name, make, lengths in KINDS:
+            if given.only in (None, name):
+                tables.growth(f"{name}, {word}: processor time, ms; peak memory, MB; exponents of growth", columns, make,
+                              [n for n in lengths if n <= min(given.most, 1000)], lambda path, on=word: study(given.kempe, on, path), LONGEST)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kempe")
     parser.add_argument("--most", type=int, default=10000, help="the largest number of links or cells")
     parser.add_argument("--only", help="chain, scissors or grid")
     parser.add_argument("--formulation", choices=INTEGRATORS, help="this one alone")
+    parser.add_argument("--studies", action="store_true", help="equilibrium, modes and linearize in place of runs")
     given = parser.parse_args()
+    if given.studies:
+        print_studies(given)
+        return
     columns = (("preparation", 1e3, True), ("right-hand side", 1e6, True), ("memory", 1, False))
     for formulation, integrator in INTEGRATORS.items():
         for name, make, lengths in KINDS:

@@ -617,6 +617,11 @@
 /** An event is at a state where a coordinate or a rate, this part of its size away, has the other side: an equilibrium
  * is known to about 1e-10. */
 #define KMP_EVENT_HERE 1e-8
+/** A gap or a length at the start as it is written, and closed, differ by less than this part of the characteristic
+ * length: start values of six digits are closed ones. */
+#define KMP_START_CLOSED 1e-6
+/** Part of its time by which a row at an event is before it: some roundings. */
+#define KMP_BEFORE_EVENT 1e-14
 /** Small motions with delays: roots of the characteristic equation below this part of the frequency beyond which
  * only inertia counts are zero. */
 #define KMP_DELAYED_STILL 1e-7

@@ -6,7 +6,7 @@
     python3 docs/live_examples.py --list                                      the examples, and why some have no live page
     python3 docs/live_examples.py --measure build/wasm/javascript             times of all runs in Node.js
 
-Each page shows the run of its model at once, which the module computed in Node.js when the page was made; `first_runs` beside the
+Each page shows at once the run of its model, which the module computed in Node.js while the page was made; `first_runs` beside the
 module keeps these runs until the module or the model changes. SHORTER says which runs are too long for a page: they were chosen by --measure. The module of a page
 reads the model language only: files of robots are translated by the command, that of KEMPE or of a build.
 """

@@ -88,14 +88,14 @@ fortran_lapack() {
     mkdir -p "$to" "$installed/lib"
     : >"$folder/lapack.log"
     for name in la_constants.f90 la_xisnan.F90; do # modules, before those that use them
-        "$fortran" -O2 -w -fPIC -J "$to" -c "$from/SRC/$name" -o "$to/${name%.*}.o"
+        "$fortran" "${KEMPE_OPTIMISED:--O2}" -w -fPIC -J "$to" -c "$from/SRC/$name" -o "$to/${name%.*}.o"
     done
     while [ -n "$wanted" ]; do
         for name in $wanted; do
             for file in "$from"/{SRC,BLAS/SRC,INSTALL}/"$name".{f,f90,F90}; do
                 [ ! -e "$file" ] || printf '%s\n%s\n' "$file" "$to/$name.o"
             done
-        done | xargs -P "$jobs" -n 2 sh -c '"$0" -O2 -w -fPIC -I "$1" -J "$1" -c "$2" -o "$3"' "$fortran" "$to" >>"$folder/lapack.log" 2>&1
+        done | xargs -P "$jobs" -n 2 sh -c '"$0" ${KEMPE_OPTIMISED:--O2} -w -fPIC -I "$1" -J "$1" -c "$2" -o "$3"' "$fortran" "$to" >>"$folder/lapack.log" 2>&1
         wanted=$(nm -u "$to"/*.o | sed -n 's/^ *U \([a-z0-9]*\)_$/\1/p' | sort -u | while read -r name; do
             [ -e "$to/$name.o" ] || printf '%s\n' "$from"/{SRC,BLAS/SRC,INSTALL}/"$name".{f,f90,F90}
         done | while read -r file; do

@@ -88,7 +88,7 @@ def told(words, ran):
                 result = json.loads(pathlib.Path(f"{top}/run.json").read_text())
             said = result.get("backend") or result["work"]["backend"]
             warns = ran == "tape" and bool(asked)
-            warned = [any("back end 'native': there is no machine code here" in text for text in texts) for texts in ([done.stderr], result["warnings"])]
+            warned = [any("back end 'native': this processor has no machine code" in text for text in texts) for texts in ([done.stderr], result["warnings"])]
             if said != ran or warned != [warns, warns] or ("back end tape" in " ".join(done.stdout.split())) != (ran == "tape"):
                 return f"{line} {' '.join(asked)}: {said}, {ran} has run: {done.stdout[-200:]}{done.stderr}"
     return ""

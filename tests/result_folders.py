@@ -257,7 +257,7 @@ class Folders(unittest.TestCase):
                 self.assertAlmostEqual(float(end[name]), float(row[name]), delta=1e-6)
         done = subprocess.run([KEMPE, "simulate", "--from", self.place / "whole.kempe", "--instance", str(COUNT + 1)],
                               capture_output=True, text=True)
-        self.assertEqual((done.returncode, "there is no instance 241: there are 240" in done.stderr), (3, True))
+        self.assertEqual((done.returncode, "instance 241 does not exist: the ensemble has 240" in done.stderr), (3, True))
         done = subprocess.run([KEMPE, "simulate", ROOT / "examples/slider_crank/slider_crank.yaml", "--from",
                                self.place / "whole.kempe", "--instance", "1"], capture_output=True, text=True)
         self.assertEqual((done.returncode, "the results belong to another model" in done.stderr), (2, True))

@@ -56,7 +56,7 @@ chosen() {
 }
 
 for name in "${named[@]#./}"; do
-    all | grep -Fxq -- "$name" || printf 'not read: %s\n' "$name" >&2
+    all | grep -Fx -- "$name" >/dev/null || printf 'not read: %s\n' "$name" >&2
 done
 
 # Of the names on the standard input, NUL between them, those but of examples that may make a graph: all that were not compiled without

@@ -368,9 +368,7 @@ static kempe_status warn_of_changes(const kempe_assembly *a)
     kmp_text lines = {0};
     kmp_assembly_put_moves(&lines, a);
     kmp_assembly_put_rates(&lines, a);
-    const bool quiet = kmp_context_quiet(a->system->context, false);
-    (void)kmp_context_quiet(a->system->context, quiet);
-    const bool known = quiet || kmp_put_start_gaps(&lines, a->system, a->q);
+    const bool known = kmp_context_is_quiet(a->system->context) || kmp_put_start_gaps(&lines, a->system, a->q);
     for (const char *at = lines.s ? lines.s : ""; *at; at += strcspn(at, "\n") + 1)
         kmp_log(a->system->context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(at, "\n"), at);
     kempe_status status = lines.failed || !known ? kmp_fail_memory(a->system->context) : KEMPE_OK;

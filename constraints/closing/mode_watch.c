@@ -15,10 +15,12 @@
 /* For independent coordinates u. */
 static void find_centred(kmp_mode_signs *s, int count, const int *u)
 {
-    for (int c = 0; c < kmp_charts_count(s->system); c++) {
+    for (int c = 0; c < kmp_charts_count(s->system); c++)
         s->centred[c] = true;
-        for (int k = 0; k < count; k++)
-            s->centred[c] = s->centred[c] && kmp_chart_of(s->system, u[k]) != c;
+    for (int k = 0; k < count; k++) {
+        const int chart = kmp_chart_of(s->system, u[k]);
+        if (chart >= 0)
+            s->centred[chart] = false;
     }
 }
 
@@ -151,10 +153,27 @@ struct kmp_mode_watch {
     kmp_arena arena;
     const bool *released; /* m, or NULL; not owned */
     int *reaches;         /* m: the last block that a row has had entries in; -1: none */
-    int *candidate, *of;  /* m: rows that can determine a block, and their places among these */
+    int *candidates;      /* m: rows that can determine a block, block after block */
+    int *begins, *of;     /* block_count + 1: the first of each block there; m: the place of a row in its block */
     double *rest;         /* of the candidates, eliminated */
     char *sign;           /* of each block at the last state where it was known */
 };
+
+/* Lists the rows that can determine each block: they contain its coordinates, and otherwise coordinates of blocks
+ * solved before it. */
+static void list_candidates(kmp_mode_watch *w)
+{
+    const int m = w->signs.system->m, blocks = w->signs.block_count;
+    memset(w->begins, 0, (size_t)(blocks + 1) * sizeof *w->begins);
+    for (int i = 0; i < m; i++)
+        if (w->reaches[i] >= 0)
+            w->of[i] = w->begins[w->reaches[i] + 1]++;
+    for (int b = 0; b < blocks; b++)
+        w->begins[b + 1] += w->begins[b];
+    for (int i = 0; i < m; i++)
+        if (w->reaches[i] >= 0)
+            w->candidates[w->begins[w->reaches[i]] + w->of[i]] = i;
+}
 
 /* Notes the entries of J that are not zero. */
 static void find_reaches(kmp_mode_watch *w)
@@ -167,6 +186,7 @@ static void find_reaches(kmp_mode_watch *w)
             !(w->released && w->released[row]))
             w->reaches[row] = b;
     }
+    list_candidates(w);
 }
 
 /* True if the kept coordinates are independent ones and determine the others, in blocks that are not too large. */
@@ -191,7 +211,8 @@ static bool choose_signs(kmp_mode_watch *w, const bool *kept, double t, const do
     for (int k = 0; fits && k < count; k++)
         fits = kept[s->part.u[k]];
     return fits &&
-           KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, system->m, &w->reaches, &w->candidate, &w->of),
+           KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, system->m, &w->reaches, &w->candidates, &w->of),
+                          KMP_ROOM(int, s->block_count + 1, &w->begins),
                           KMP_ROOM(double, largest * system->m, &w->rest), KMP_ROOM(char, s->block_count, &w->sign));
 }
 
@@ -223,19 +244,6 @@ void kmp_mode_watch_free(kmp_mode_watch *w)
     kmp_free(w);
 }
 
-/* Rows that can determine block b: they contain its coordinates, and otherwise coordinates of blocks solved before it.
- */
-static int list_candidates(kmp_mode_watch *w, int b)
-{
-    int count = 0;
-    for (int i = 0; i < w->signs.system->m; i++)
-        if (w->reaches[i] == b) {
-            w->of[i] = count;
-            w->candidate[count++] = i;
-        }
-    return count;
-}
-
 /* The rows of block b with the largest pivots at the current state, in ascending order: where rows are redundant, the
  * determinant of fixed ones changes its sign also where the closures lose no rank. */
 static void choose_rows(kmp_mode_watch *w, int b)
@@ -243,7 +251,8 @@ static void choose_rows(kmp_mode_watch *w, int b)
     kmp_mode_signs *s = &w->signs;
     const kmp_pattern *j = &s->system->jacobian;
     kmp_loop_block *block = &s->blocks[b];
-    int size = block->size, count = list_candidates(w, b);
+    int *candidate = w->candidates + w->begins[b];
+    const int size = block->size, count = w->begins[b + 1] - w->begins[b];
     if (count <= size)
         return;
     memset(w->rest, 0, (size_t)(size * count) * sizeof *w->rest);
@@ -260,7 +269,7 @@ static void choose_rows(kmp_mode_watch *w, int b)
                     row = i;
                     column = k;
                 }
-        kmp_swap_int(&w->candidate[done], &w->candidate[row]);
+        kmp_swap_int(&candidate[done], &candidate[row]);
         for (int k = 0; k < size; k++) {
             double value = w->rest[done + k * count];
             w->rest[done + k * count] = w->rest[row + k * count];
@@ -279,9 +288,9 @@ static void choose_rows(kmp_mode_watch *w, int b)
         s->row[block->rows[k]] = -1;
     for (int k = 0; k < size; k++) {
         int i = k;
-        for (; i > 0 && block->rows[i - 1] > w->candidate[k]; i--)
+        for (; i > 0 && block->rows[i - 1] > candidate[k]; i--)
             block->rows[i] = block->rows[i - 1];
-        block->rows[i] = w->candidate[k];
+        block->rows[i] = candidate[k];
     }
     for (int k = 0; k < size; k++)
         s->row[block->rows[k]] = k;

@@ -11,7 +11,7 @@ typedef struct kmp_mode_signs {
     const kempe_system *system;
     kmp_evaluator *eval; /* not owned */
     kmp_arena arena;
-    kmp_partition part; /* r = 0: there are no signs */
+    kmp_partition part; /* r = 0: no signs */
     kmp_loop_block *blocks;
     int block_count;
     int *level;            /* n: the block of a dependent coordinate; block_count: an independent one */

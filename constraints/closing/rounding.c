@@ -149,6 +149,16 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double t
     return count;
 }
 
+/* True if a row of a moving closure or a drive is among the others. Without these rows, motions cannot show whether it
+ * stays closed. */
+static bool drops_drive(const kempe_system *s, const bool *dropped, const bool *driven)
+{
+    for (int r = 0; r < s->m; r++)
+        if (dropped[r] && driven[r])
+            return true;
+    return false;
+}
+
 bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *from, const double *chart)
 {
     kmp_waypoint place[PLACES];
@@ -161,6 +171,8 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
     if (made) {
         walk->rank = t->rank - kmp_rounding_drives(system, t->dropped, driven);
         walk->excluded = driven;
+    }
+    if (made && !drops_drive(system, t->dropped, driven)) {
         if (chart)
             kmp_eval_set_charts(walk->eval, chart);
         /* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */

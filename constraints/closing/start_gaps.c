@@ -2,6 +2,7 @@
 #include "constraints/closing/start_gaps.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/closure.h"
@@ -11,8 +12,6 @@
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
-
-#define NEAR 1e-6 /* characteristic lengths: start values of six digits are closed ones */
 
 /* A measure that is zero, or a length, at the start as it is written. */
 static bool counts_from_start(const kmp_expr *e, const void *user)
@@ -65,7 +64,7 @@ int kmp_count_start_gaps(kmp_evaluator *eval, const double *q, kmp_text *text)
     }
     for (int k = 0; closed && k < s->model->force_count; k++) {
         const int c = gap_of(s, &s->model->forces[k]);
-        if (c < 0 || !(fabs(closed[c] - gap[c]) > NEAR * s->length))
+        if (c < 0 || !(fabs(closed[c] - gap[c]) > KMP_START_CLOSED * s->length))
             continue;
         count++;
         if (text)

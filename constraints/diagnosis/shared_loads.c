@@ -705,10 +705,8 @@ static bool doubt_friction(const kempe_system *s, const kmp_shared_loads *found)
 
 bool kmp_doubt_shared_friction(const kempe_system *system, double t, const double *q)
 {
-    const bool quiet = kmp_context_quiet(system->context, false);
     bool any = false;
-    (void)kmp_context_quiet(system->context, quiet);
-    kmp_evaluator *eval = !quiet && kmp_model_presses_friction(system->model)
+    kmp_evaluator *eval = !kmp_context_is_quiet(system->context) && kmp_model_presses_friction(system->model)
                               ? kmp_eval_new_for(system, "tape", NULL, KMP_EVAL_WEIGHS)
                               : NULL;
     kmp_arena arena = {0};

@@ -19,10 +19,11 @@ struct kmp_duals {
     const kmp_program *program;
     int inputs, first, count; /* values: constants, inputs from `inputs` on, operations from `first` on */
     double *value;
-    step *steps;     /* an operation */
-    bool *moves;     /* by value: it depends on the current inputs */
-    double *slopes;  /* KMP_DUALS_WIDTH a value that moves */
-    uint64_t *marks; /* a value */
+    step *steps;         /* an operation */
+    int few_count, *few; /* the operations of all outputs but those set aside */
+    bool *moves;         /* by value: it depends on the current inputs */
+    double *slopes;      /* KMP_DUALS_WIDTH a value that moves */
+    uint64_t *marks;     /* a value */
 };
 
 bool kmp_duals_know(const kmp_program *program)
@@ -33,7 +34,24 @@ bool kmp_duals_know(const kmp_program *program)
     return true;
 }
 
-kmp_duals *kmp_duals_new(const kmp_program *program, kmp_arena *arena)
+/* Lists the operations that outputs other than those set aside need. `needed`: of each value. */
+static void list_few(kmp_duals *d, int aside, int aside_count, bool *needed)
+{
+    const kmp_program *p = d->program;
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (k < aside || k >= aside + aside_count)
+            needed[p->output[k] >> 1] = true;
+    for (int i = d->count - d->first - 1; i >= 0; i--) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; needed[d->first + i] && k < kmp_op_arity((kmp_op)in->op); k++)
+            needed[kmp_instruction_operand(in, k) >> 1] = true;
+    }
+    for (int i = 0; i < d->count - d->first; i++)
+        if (needed[d->first + i])
+            d->few[d->few_count++] = i;
+}
+
+kmp_duals *kmp_duals_new(const kmp_program *program, int aside, int aside_count, kmp_arena *arena)
 {
     kmp_duals *d = KMP_ARENA_NEW(arena, kmp_duals, 1);
     if (!d)
@@ -43,12 +61,14 @@ kmp_duals *kmp_duals_new(const kmp_program *program, kmp_arena *arena)
     d->first = d->inputs + program->input_count;
     d->count = d->first + operations;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, d->count, &d->value), KMP_ROOM(step, operations, &d->steps),
-                        KMP_ROOM(bool, d->count, &d->moves),
+                        KMP_ROOM(int, operations, &d->few), KMP_ROOM(bool, d->count, &d->moves),
                         KMP_ROOM(double, (size_t)d->count *KMP_DUALS_WIDTH, &d->slopes),
                         KMP_ROOM(uint64_t, d->count, &d->marks)))
         return NULL;
     if (program->constant_count > 0)
         memcpy(d->value, program->constant, (size_t)program->constant_count * sizeof *d->value);
+    memset(d->moves, 0, (size_t)d->count * sizeof *d->moves);
+    list_few(d, aside, aside_count, d->moves);
     return d;
 }
 
@@ -179,12 +199,13 @@ static KMP_INTO_CLONES void two(const double *restrict a, double by_a, const dou
         out[j] = by_a * a[j] + by_b * b[j];
 }
 
-/* The derivatives of all operations, from the derivatives of the inputs. */
-static KMP_CLONES void pass_on(kmp_duals *duals)
+/* The derivatives of operations, from the derivatives of the inputs: of those listed, or of all (NULL). */
+static KMP_CLONES void pass_on(kmp_duals *duals, int count, const int *list)
 {
     bool *moves = duals->moves;
     double *slopes = duals->slopes;
-    for (int i = 0; i < duals->count - duals->first; i++) {
+    for (int k = 0; k < count; k++) {
+        const int i = list ? list[k] : k;
         const step *s = &duals->steps[i];
         bool a = s->from[0] != NOTHING && moves[s->from[0]], b = s->from[1] != NOTHING && moves[s->from[1]];
         double *out = slopes + (size_t)(duals->first + i) * KMP_DUALS_WIDTH;
@@ -197,7 +218,7 @@ static KMP_CLONES void pass_on(kmp_duals *duals)
     }
 }
 
-void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
+void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first, bool few)
 {
     /* The inputs that move, each with its own direction. */
     const kmp_program *p = duals->program;
@@ -211,7 +232,7 @@ void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
         slope[index - first] = 1;
         duals->moves[duals->inputs + k] = true;
     }
-    pass_on(duals);
+    pass_on(duals, few ? duals->few_count : duals->count - duals->first, few ? duals->few : NULL);
 }
 
 bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH])

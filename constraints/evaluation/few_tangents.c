@@ -8,8 +8,8 @@
 #include "model/data/parameter.h"
 #include <string.h>
 
-/* Larger mechanisms are only differentiated: this needs room for whole matrices. */
-enum { MOST_MOTIONS = 512 };
+/* Larger mechanisms are only differentiated: a matrix of more motions takes more than 32 MB. */
+enum { MOST_MOTIONS = 2048 };
 
 enum { COMPUTED = 5 };
 
@@ -47,6 +47,7 @@ typedef struct pass {
     bool *mark;
     output_places out;
     int first, count;
+    bool still; /* qdd = 0, so that derivatives of M do not count */
 } pass;
 
 /* Adds factor * derivatives of an output to a row of a block. */
@@ -95,7 +96,7 @@ static void along(const pass *p, kmp_input_kind kind)
     if (p->mark)
         kmp_duals_mark(p->numbers->duals, kind, (uint32_t)p->first);
     else
-        kmp_duals_along(p->numbers->duals, kind, (uint32_t)p->first);
+        kmp_duals_along(p->numbers->duals, kind, (uint32_t)p->first, p->still);
 }
 
 static void add_mass(const pass *p)
@@ -110,15 +111,25 @@ static void add_mass(const pass *p)
     }
 }
 
+static bool is_zero(const double *x, int count)
+{
+    int k = 0;
+    while (k < count && x[k] == 0)
+        k++;
+    return k == count;
+}
+
 /* All blocks but M and J. */
 static void add_all(tangent_numbers *x, const kmp_instant *at, bool *mark)
 {
     pass p = {.numbers = x, .at = at, .mark = mark, .out = find_outputs(x->system)};
     int width = mark ? KMP_DUALS_MARKED : KMP_DUALS_WIDTH;
+    p.still = at && is_zero(at->qdd, x->n);
     for (p.first = 0; p.first < x->n; p.first += width) {
         p.count = x->n - p.first < width ? x->n - p.first : width;
         along(&p, KMP_IN_Q);
-        add_mass(&p);
+        if (!p.still)
+            add_mass(&p);
         add_jacobian(&p);
         add_rows(&p, KMP_R_Q, p.out.bias, x->n);
         add_rows(&p, KMP_CURVE_Q, p.out.jdqd, x->m);
@@ -164,7 +175,7 @@ static tangent_numbers *tangent_numbers_new(const kempe_system *system, kmp_list
     x->at[KMP_J] = x->at[KMP_M] + x->system->mass.count;
     x->size = x->at[KMP_J] + x->system->jacobian.count;
     bool *mark = KMP_ARENA_NEW(arena, bool, x->size);
-    x->duals = kmp_duals_new(system->motion, arena);
+    x->duals = kmp_duals_new(system->motion, find_outputs(system).mass, system->mass.count, arena);
     x->value = KMP_ARENA_NEW(arena, double, x->size);
     if (arena->failed)
         return NULL;
@@ -239,7 +250,7 @@ bool kmp_equations_move_in_time(const kempe_system *system)
 {
     const output_places out = find_outputs(system);
     kmp_arena arena = {0};
-    kmp_duals *duals = kmp_duals_know(system->motion) ? kmp_duals_new(system->motion, &arena) : NULL;
+    kmp_duals *duals = kmp_duals_know(system->motion) ? kmp_duals_new(system->motion, 0, 0, &arena) : NULL;
     const int times = 1 + KMP_TIME_NUMBERS * kmp_model_all_inputs(system->model);
     bool moves = !duals;
     for (int first = 0; !moves && first < times; first += KMP_DUALS_MARKED) {

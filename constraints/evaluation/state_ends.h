@@ -18,9 +18,6 @@ typedef enum kmp_ends_judged {
 int kmp_eval_next_end(kmp_evaluator *eval, kmp_ends_judged judged, double t, const double *q, const double *qd,
                       const double *qdd, const double *lambda, int *from);
 
-/** Part of its time by which a row at an event is before it: some roundings. */
-#define KMP_BEFORE_EVENT 1e-14
-
 /** The time at which a row at t has its forces, as rows of runs have them: just before t where a condition changes
  * there as time passes, t otherwise and at the start. Inputs have their own side (kmp_present_inputs). */
 double kmp_eval_row_time(kmp_evaluator *eval, double t, const double *q, const double *qd);

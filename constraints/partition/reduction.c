@@ -260,7 +260,9 @@ INLINE void project(const kmp_reduction *red, const double *force, double *out)
         kmp_sparse_tangent_project(red->zeros, red->x, force, out);
         return;
     }
-    for (int k = 0; k < red->p; k++)
+    for (int k = 0; k < red->p && red->r == 0; k++) /* X is a permutation */
+        out[k] = -force[red->part->u[k]];
+    for (int k = 0; k < red->p && red->r > 0; k++)
         out[k] = -kmp_dot(red->n, red->x + k * red->n, force);
 }
 

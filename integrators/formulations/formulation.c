@@ -70,9 +70,11 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
     if (row < 0)
         return KMP_GO;
     kmp_text_printf(reason,
-                    "constraint equation '%s', redundant at the start, is open by %.3g (relative) at t = %.9g s: the "
-                    "run began at a change point; start near it instead",
-                    eval->system->row_names[row], kmp_eval_opening(eval, row), t);
+                    "constraint equation '%s', redundant at the start, is open by %.3g (relative) at t = %.9g s: %s",
+                    eval->system->row_names[row], kmp_eval_opening(eval, row), t,
+                    eval->system->rheonomic ? "drives and closures that move with time contradict each other, or the "
+                                              "run began at a change point"
+                                            : "the run began at a change point; start near it instead");
     return KMP_HALT;
 }
 

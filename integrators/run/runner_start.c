@@ -126,11 +126,11 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     if (worst <= KMP_CLOSED_START * size)
         return KEMPE_OK;
     const char *name = kmp_runner_driven_by(s, row);
-    return kmp_fail(
-        s->context, KEMPE_E_FAILED,
-        "the rate prescribed by constraint equation '%s'%s%s%s is impossible at the start: %.3g of it remains; the "
-        "mechanism is at a dead centre there",
-        s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
+    return kmp_fail(s->context, KEMPE_E_FAILED,
+                    "the rate prescribed by constraint equation '%s'%s%s%s is impossible at the start: %.3g of it "
+                    "remains; it is at "
+                    "a dead centre, or drives contradict each other",
+                    s->row_names[row], name ? ", of coordinate '" : "", name ? name : "", name ? "'," : "", worst);
 }
 
 kempe_status kmp_runner_accelerate_by(kmp_runner *run, double t, const double *q, const double *qd,

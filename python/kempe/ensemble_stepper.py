@@ -88,7 +88,7 @@ class EnsembleStepper(Owned):
 
     def _index(self, k: int) -> int:
         if not 0 <= k < self.count:
-            raise ArgumentError(f"there is no instance {k}: there are {self.count}")
+            raise ArgumentError(f"instance {k} does not exist: the stepper has {self.count}")
         return k
 
     def _rows(self, get: Any) -> Array:

@@ -88,9 +88,9 @@ def test_mistakes(cart):
     with pytest.raises(kempe.ArgumentError, match="instance 0 has not begun"):
         many.advance(0.1)
     many.begin(0), many.begin(1)
-    with pytest.raises(kempe.ArgumentError, match="there is no instance 2"):
+    with pytest.raises(kempe.ArgumentError, match="instance 2 does not exist"):
         many.begin(2)
-    with pytest.raises(kempe.ArgumentError, match="there is no instance -1"):
+    with pytest.raises(kempe.ArgumentError, match="instance -1 does not exist"):
         many.reason(-1)
     with pytest.raises(kempe.ArgumentError, match="t_end = 1"):
         many.advance(1.5)

@@ -32,11 +32,11 @@ const kmp_backend *kmp_backend_choose(kempe_context *context, const char *name)
     if (!found || !found->native || kmp_native_runs())
         return found;
     if (name)
-        kmp_log(
-            context, KEMPE_LOG_WARNING,
-            "back end '%s': there is no machine code here, which needs AVX and FMA on x86-64, or arm64; the tape runs, "
-            "with the same numbers in more time",
-            name);
+        kmp_log(context, KEMPE_LOG_WARNING,
+                "back end '%s': this processor has no machine code, which needs AVX and FMA on x86-64, or arm64; the "
+                "tape runs "
+                "instead, with the same numbers in more time",
+                name);
     return &kmp_backend_tape;
 }
 

@@ -31,12 +31,12 @@ typedef struct kmp_backend {
                        outlives it */
 } kmp_backend;
 
-/** NULL when there is no such back end. */
+/** NULL if no back end has this name. */
 const kmp_backend *kmp_backend_find(const char *name);
 /** The name of the variant for many runs of one program: the first row. */
 const char *kmp_backend_default(void);
 /** The back end that runs for a name (NULL: the default): the tape where this machine runs no machine code, with a
- * warning if it was asked for. NULL after a message: there is no such back end. */
+ * warning if it was asked for. NULL after a message: no back end has this name. */
 const kmp_backend *kmp_backend_choose(kempe_context *context, const char *name);
 /** ", back end tape": of a back end other than the default one, otherwise nothing. */
 void kmp_backend_print(kmp_text *text, const char *name);

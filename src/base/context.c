@@ -559,6 +559,11 @@ bool kmp_context_quiet(kempe_context *context, bool quiet)
     return before;
 }
 
+bool kmp_context_is_quiet(const kempe_context *context)
+{
+    return context->quiet;
+}
+
 char *kmp_context_warnings(const kempe_context *context)
 {
     return kmp_strdup(context->warnings.s ? context->warnings.s : "");

@@ -160,6 +160,7 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
 
 /** While quiet nothing but progress is logged. The former value. */
 bool kmp_context_quiet(kempe_context *context, bool quiet);
+bool kmp_context_is_quiet(const kempe_context *context);
 
 /** Warnings since the computation began, one a line, each once and no more than KMP_MOST_WARNINGS; "" when there are
  * none. To be freed with kmp_free; NULL: no memory. */

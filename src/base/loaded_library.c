@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A library that lacks one of the functions is closed again. */
+/* A library without one of the functions is closed again. */
 static void load(kmp_loaded_library *l)
 {
     void *handle = kmp_library_open(l->name), *found = handle;

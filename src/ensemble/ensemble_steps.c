@@ -297,8 +297,8 @@ kempe_status kempe_ensemble_stepper_begin(kempe_ensemble_stepper *s, int k, cons
     KMP_WANTED(NULL, s, "stepper");
     kmp_model_begin(s->model);
     if (k < 0 || k >= s->count)
-        return kmp_fail(kmp_model_context(s->model), KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", k,
-                        s->count);
+        return kmp_fail(kmp_model_context(s->model), KEMPE_E_ARGUMENT, "instance %d does not exist: the stepper has %d",
+                        k, s->count);
     ensemble_part *p = part_of(s, k);
     kmp_context_clear(p->engine->context);
     return tell(p, begin(p, k, q, qd));

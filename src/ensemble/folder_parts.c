@@ -176,7 +176,7 @@ kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model,
     KMP_WANTED(f->context, made, "made");
     kmp_context_clear(f->context);
     if (instance < 0 || instance >= f->instances)
-        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", instance + 1,
+        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "instance %d does not exist: the ensemble has %d", instance + 1,
                         f->instances);
     KMP_TRY(kmp_folder_check_model(f, model));
     return instance_of(f, model, instance, made);

@@ -1096,7 +1096,7 @@ class Ensembles(Case):
                            ("crank\ninf\n", "bars.csv:2:1: a finite number is expected here"),
                            ("crank,base\n1\n", "bars.csv:2:1: 1 field where the header has 2 columns"),
                            ("crank\n0.3\n\0\n0.31\n", "bars.csv:3:1: a character of code 0 is here"),
-                           ("crank\n", "bars.csv:2:1: there are no rows below the header line"),
+                           ("crank\n", "bars.csv:2:1: no rows follow the header line"),
                            ("# nothing\n", "bars.csv:2:1: the header line with names of parameters is missing")):
             done = self.expect(2, "ensemble", FOUR_BAR, "--values", self.table(text))
             self.assertIn(told, done.stderr)

@@ -209,6 +209,8 @@ class Contact(Element):
                     out.append((1, pulls, ("mode", self, (k, "push"))))
             elif c.mode == "closed":
                 out.append((-1, lambda forces, k=k: forces[f"{self.name}.{k}"], ("mode", self, (k, "open"))))
+                # A corner that slides over a corner leaves it: the next side goes away from it.
+                out.append((1, lambda forces, c=c: c.look().gap_rate() - 1e-6, ("border", self, k)))
                 if self.friction:
                     out.append((0, lambda forces, c=c: c.look().slip(), ("border", self, k)))
             else:

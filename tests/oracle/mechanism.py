@@ -3,6 +3,7 @@
 forces, sensors, and models that are included. Every text of the file stays a text until it is evaluated here."""
 import csv
 import pathlib
+import re
 
 import numpy as np
 
@@ -346,6 +347,9 @@ class Mechanism:
                 for name in [word, joint.name if single else None]:
                     if name:
                         self.places[name] = number
+        # Coordinates of a joint that is cut are functions of the others, which are not worked out here.
+        self.sensors = {name: (scope, text) for name, (scope, text) in self.sensors.items()
+                        if all(scope.full(word) in self.places for word in re.findall(r"\bqd?d?\(([\w.]+)\)", text))}
 
     def above(self, body):
         """The body itself, its carrier, and so on to the ground."""

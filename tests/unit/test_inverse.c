@@ -531,7 +531,7 @@ static void what_is_wrong_is_said(void)
                    "back end 'gpu'");
     expect_failure(&m, &(kempe_inverse_options){.actuators = "a", .independent = "a,b"}, KEMPE_E_FAILED,
                    "2 independent coordinates");
-    expect_table_failure(&m, "t,q.a\n", KEMPE_E_INPUT, "there are no rows");
+    expect_table_failure(&m, "t,q.a\n", KEMPE_E_INPUT, "the file has no rows");
     expect_table_failure(&m, "t,qd.a\n0,1\n", KEMPE_E_INPUT, "column q.NAME is missing");
     expect_table_failure(&m, "t,q.a,qd.a\n0,1,2\n1,1,\n", KEMPE_E_INPUT, "column qd.a has no value at t = 1 s");
     expect_table_failure(&m, "t,q.d\n0,1\n", KEMPE_E_INPUT, ":1:3: ");

@@ -191,6 +191,30 @@ static void a_real_closure_of_small_effect_is_no_rounding(void)
         "loops: {R: {rod: [a.P, ground.D], length: 1.2696913}, K: {coupler: {b: 1, c: 1}}}\n");
 }
 
+/* A rope that gets longer with time, almost across its slider, beside a closure with a far larger pivot. Motions with
+ * the rope held as it is cannot show that it opens. */
+static void a_moving_closure_is_no_rounding(void)
+{
+    const char *text =
+        "kempe: 1\nground: {points: {Q: [0, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 1, 0]}}\n"
+        "  b: {joint: {revolute: x, at: ground}, mass: 2, inertia: {xx: 1}, points: {C: [0, 0, 0]}}\n"
+        "  c: {joint: {prismatic: y, at: ground}, mass: 1, points: {P: {at: [0, 2, 0], axes: {z: [1, 0, 0]}}}}\n"
+        "ropes:\n"
+        "  slow: {along: [ground.Q, a.P], slack: no, length: \"1.00000005 m + 0.0001 m/s * t\"}\n"
+        "  wound: {along: [{drum: b.C, radius: 1 m, axis: x, turn: left}, c.P], slack: no}\n"
+        "start: {q: {a: 0.0003}}\nrun: {t_end: 1}\n";
+    stays_as_it_is(NULL, text);
+    loaded l = load_text(text);
+    kempe_trajectory *t = NULL;
+    const kempe_run_options settings = {0};
+    CHECK(kempe_simulate(l.system, &settings, &t) == KEMPE_OK);
+    const double length = 1.00010005, *end = t ? kempe_trajectory_q(t, t->table.rows - 1) : NULL;
+    CHECK(end && fabs(end[0] - sqrt(length * length - 1)) < 1e-9);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 /* Closed to the twelfth digit only, and held: no step is refused, and no other formulation taken. */
 static void what_cannot_move_is_not_stepped(void)
 {
@@ -308,6 +332,7 @@ int main(void)
     TEST(a_small_pivot_that_is_real_is_no_rounding);
     TEST(a_small_loop_is_no_rounding);
     TEST(a_real_closure_of_small_effect_is_no_rounding);
+    TEST(a_moving_closure_is_no_rounding);
     TEST(what_cannot_move_is_not_stepped);
     TEST(dropped_rows_stay_open_within_the_tolerance);
     TEST(a_refuted_rank_leaves_no_smaller_one);

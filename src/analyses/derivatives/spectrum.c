@@ -6,6 +6,7 @@
 #include "analyses/dense/eigenvalues.h"
 #include "analyses/dense/singular_values.h"
 #include "linalg/dense/dense.h"
+#include "linalg/dense/dot.h"
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
@@ -30,8 +31,8 @@ typedef struct pencil {
     double *a, *s;  /* n x n, n: scratch */
     double *vector; /* n x n: of an iteration */
     double *part[6];
-    double *row;   /* n */
-    double *noise; /* n: the magnitude that rounding in a row of h is relative to */
+    double *row, *product; /* n */
+    double *noise;         /* n: the magnitude that rounding in a row of h is relative to */
 } pencil;
 
 static size_t bytes(int count)
@@ -252,20 +253,30 @@ static int deflate(pencil *w, kmp_spectrum *s)
 
 /* -- vectors ----------------------------------------------------------------------------------------- */
 
+/* out += by * x */
+static void add_times(int n, double by, const double *restrict x, double *restrict out)
+{
+    for (int i = 0; i < n && by != 0; i++)
+        out[i] += by * x[i];
+}
+
 /* out = a^H (z M + G) b with complex z; without G: a^H z M b with the mass in place of M. */
 static void form(const pencil *w, const double *a_re, const double *a_im, double z_re, double z_im, bool with_damping,
                  const double *b_re, const double *b_im, double out[2])
 {
     const double *mass = with_damping && w->led ? w->led : w->mass;
-    out[0] = out[1] = 0;
-    for (int j = 0; j < w->p; j++)
-        for (int i = 0; i < w->p; i++) {
-            double m = mass[i + j * w->p], g = with_damping ? w->damping[i + j * w->p] : 0;
-            double re = z_re * m + g, im = z_im * m;
-            double c_re = re * b_re[j] - im * b_im[j], c_im = re * b_im[j] + im * b_re[j];
-            out[0] += a_re[i] * c_re + a_im[i] * c_im;
-            out[1] += a_re[i] * c_im - a_im[i] * c_re;
-        }
+    const int p = w->p;
+    double *re = w->product, *im = w->product + p; /* (z M + G) b */
+    memset(w->product, 0, bytes(w->n));
+    for (int j = 0; j < p; j++) {
+        const double *m = mass + (ptrdiff_t)j * p, *g = w->damping + (ptrdiff_t)j * p;
+        add_times(p, z_re * b_re[j] - z_im * b_im[j], m, re);
+        add_times(p, z_re * b_im[j] + z_im * b_re[j], m, im);
+        add_times(p, with_damping ? b_re[j] : 0, g, re);
+        add_times(p, with_damping ? b_im[j] : 0, g, im);
+    }
+    out[0] = kmp_dot(p, a_re, re) + kmp_dot(p, a_im, im);
+    out[1] = kmp_dot(p, a_re, im) - kmp_dot(p, a_im, re);
 }
 
 /* (re, im) <- (re, im) / (d_re + i d_im) */
@@ -541,7 +552,8 @@ int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const d
     KMP_ARENA_EACH(&s.arena, double, s.count, &s.re, &s.im);
     double **part = w.part;
     bool made = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) &&
-                KMP_ARENA_MAKE(&w.arena, KMP_ROOM(int, w.n, &w.pivot), KMP_ROOM(double, w.n, &w.s, &w.row, &w.noise),
+                KMP_ARENA_MAKE(&w.arena, KMP_ROOM(int, w.n, &w.pivot),
+                               KMP_ROOM(double, w.n, &w.s, &w.row, &w.product, &w.noise),
                                KMP_ROOM(double, w.n *w.n, &w.l, &w.g, &w.k, &w.t, &w.h, &w.a, &w.vector, &w.apart,
                                         &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
     int info = !made ? -1 : p > 0 ? solve(&w, &s, companion) : 0;

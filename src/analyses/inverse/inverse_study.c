@@ -223,7 +223,7 @@ static kempe_status read_table(job *j)
     if (j->options->t_end > 0)
         kmp_samples_limit(x, j->options->t_end);
     if (x->rows == 0)
-        return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
+        return kmp_complain(j->context, j->options->motion, 0, 0, "the file has no rows");
     if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
                              x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap)) {
         KMP_TRY(kmp_made(j->context, gap.coordinate >= 0));

@@ -6,9 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A rate of h above this part of the largest entry of its row turns the curve by as much, in rad: the turn that the
- * tangents at both ends may have. */
-#define MOST_TURN 0.3
 /* Pieces of a step that bounds look at. */
 enum { MOST_PIECES = 512 };
 
@@ -93,7 +90,8 @@ static void begin(kmp_sweep *w)
     for (int k = 0; k < w->moving_count; k++)
         p->wanted[w->moving[k]] = true;
     for (int e = 0; e < j->count; e++)
-        p->limit[j->row[e]] = fmax(p->limit[j->row[e]], MOST_TURN * fabs(w->eval->jacobian[e]) * w->unit[j->col[e]]);
+        p->limit[j->row[e]] =
+            fmax(p->limit[j->row[e]], KMP_SWEEP_TURN * fabs(w->eval->jacobian[e]) * w->unit[j->col[e]]);
     for (int k = 0; k < program->input_count; k++)
         kmp_bounds_set(p->bounds, k, still_input(w, &program->input[k]));
     if (p->charts != w->eval->chart_version)

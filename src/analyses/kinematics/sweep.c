@@ -330,9 +330,9 @@ static bool find_derivatives(kmp_sweep *w, const kmp_sweep_pose *pose, double *q
 #define LONGEST_S  0.02
 #define SHORTEST   1e-9
 #define MOST_STEPS 1000000
-/* A step is accepted when tangents turn by less than about 0.3, the first correction is below this part of the step,
- * and each correction is below this part of the one before. */
-#define LEAST_COSINE 0.955
+/* A step is accepted when tangents turn by less than about KMP_SWEEP_TURN, the first correction is below this part of
+ * the step, and each correction is below this part of the one before. */
+#define LEAST_COSINE (1 - KMP_SWEEP_TURN * KMP_SWEEP_TURN / 2)
 #define MOST_OFF     0.2
 #define CONTRACTION  0.3
 /* Near a change point no step is longer than the first part of its apparent distance. A change of sign that steps of

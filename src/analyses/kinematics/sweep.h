@@ -17,6 +17,10 @@ typedef struct kmp_sweep_parameter {
     double from, to;
 } kmp_sweep_parameter;
 
+/** The largest turn of the tangent from one end of a step to the other, rad. A rate of h above this part of the largest
+ * entry of its row turns the curve by as much. */
+#define KMP_SWEEP_TURN 0.3
+
 typedef struct kmp_path_bounds kmp_path_bounds; /* analyses/kinematics/path_bounds.h */
 
 /** A state x = (q, s) on the curve and the unit tangent there, in the sweep's units. */

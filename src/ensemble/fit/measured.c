@@ -178,8 +178,8 @@ static bool read_row(kmp_csv *csv, const char *line)
 
 static kempe_status read_file(kempe_context *context, const char *path, reader *r)
 {
-    static const kmp_csv_form form = {"the header line is missing; it has t and names of outputs", "there are no rows",
-                                      read_header, read_row, false};
+    static const kmp_csv_form form = {"the header line is missing; it has t and names of outputs",
+                                      "the table has no rows", read_header, read_row, false};
     kempe_status status = kmp_csv_read(context, path, &form, r);
     kmp_free(r->meaning);
     return status;
@@ -217,9 +217,10 @@ kempe_status kmp_measured_begin(const kempe_model *model, const char *path, cons
     if (status == KEMPE_OK)
         status = check_chosen(context, measured, path, chosen);
     if (status == KEMPE_OK && measured->columns == 0)
-        status = kmp_complain(context, path, 0, 0, "there is no column of an output, only t");
+        status = kmp_complain(context, path, 0, 0, "the table has no column of an output, only t");
     if (status == KEMPE_OK && !(measured->t[measured->rows - 1] > 0))
-        status = kmp_complain(context, path, 0, 0, "the last time is 0: there is no motion to compare with");
+        status = kmp_complain(context, path, 0, 0,
+                              "the last time is 0, so that no motion is compared: give rows at later times");
     measured->outputs = kmp_text_keep(&r.words, &measured->arena);
     if (status == KEMPE_OK && !measured->outputs)
         status = kmp_fail_memory(context);

@@ -321,7 +321,7 @@ static kempe_status read_parquet(reader *r, const char *path)
 /* -- CSV --------------------------------------------------------------------------------------------- */
 
 static const kmp_csv_form form = {"the header line with names of parameters is missing",
-                                  "there are no rows below the header line", read_header, read_row, false};
+                                  "no rows follow the header line", read_header, read_row, false};
 
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
@@ -335,7 +335,7 @@ kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe
     bool is_parquet = strcmp(kmp_file_ending(path), ".parquet") == 0;
     kempe_status status = is_parquet ? read_parquet(&r, path) : kmp_csv_read(context, path, &form, &r);
     if (status == KEMPE_OK && r.values->count == 0)
-        status = kmp_complain(context, path, 0, 0, "there are no rows");
+        status = kmp_complain(context, path, 0, 0, "the file has no rows");
     if (status == KEMPE_OK)
         status = check_units(&r, path);
     if (status == KEMPE_OK)

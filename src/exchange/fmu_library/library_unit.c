@@ -42,7 +42,7 @@ typedef struct library_unit {
     kempe_stepper *stepper;        /* the motion; NULL: it has not started */
     double *given;                 /* three an input: as the stepper has them */
     kempe_simulator_work before;   /* work until the stepper was restored */
-    size_t told;                   /* length of the doubts of the motion that the importer has been told */
+    size_t reported;               /* length of the doubts of the motion that the importer has received */
 } library_unit;
 
 /* The unit whose equations a simulator has. */
@@ -356,17 +356,17 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
     return status == KEMPE_OK ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_ENDED;
 }
 
-/* The same, with the next doubt of the motion as the message where there is no other one. */
+/* The same; without another message, the next doubt of the motion is the message. */
 static kempe_simulator_status show_motion(kempe_simulator *s, kempe_status status)
 {
     library_unit *unit = unit_of(s);
     const kempe_simulator_status shown = show(s, status);
     const char *doubts = kmp_context_doubts(unit->context);
-    const char *line = doubts + (unit->told < strlen(doubts) ? unit->told : strlen(doubts));
+    const char *line = doubts + (unit->reported < strlen(doubts) ? unit->reported : strlen(doubts));
     if (shown == KEMPE_SIMULATOR_FAILED || s->message[0] || !*line)
         return shown;
     (void)snprintf(s->message, sizeof s->message, "%.*s", (int)strcspn(line, "\n"), line);
-    unit->told += strcspn(line, "\n") + 1;
+    unit->reported += strcspn(line, "\n") + 1;
     return shown;
 }
 
@@ -414,7 +414,7 @@ static kempe_status begin(kempe_simulator *s)
         status = kempe_outputs_new(system, words.s, &unit->outputs);
     kmp_text_free(&words);
     KMP_TRY(status);
-    unit->told = 0;
+    unit->reported = 0;
     return kempe_stepper_new(unit->set_up, &run, &unit->stepper);
 }
 
