@@ -200,7 +200,7 @@ class Diagnostics(Session):
             with contextlib.suppress(UnicodeDecodeError):
                 found = self.client.open(path, text.decode())
                 said = subprocess.run([runs.command, "check", str(path)], capture_output=True, text=True)
-                if said.returncode == 2 and "kempe: 1" in text.decode() and "ports:" not in text.decode():
+                if said.returncode == 2 and re.search("^kempe: 1", text.decode(), re.M) and "ports:" not in text.decode():
                     self.compare(path, text.decode(), said.stderr, [d for d in found if d["severity"] == 1])
                 self.client.close(path)
 

@@ -30,6 +30,7 @@ typedef struct kempe_linearize_options {
                           * inputs */
     const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;     /* as in kempe_run_options */
+    int slide; /* 1: dry friction that sticks at the state has no force, and slides; 0: it keeps its places */
 } kempe_linearize_options;
 
 typedef struct kempe_linearization kempe_linearization;

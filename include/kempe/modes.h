@@ -32,6 +32,7 @@ typedef struct kempe_modes_options {
         *sweep; /* "NAME=A:B" or "NAME=A:B:N" (default: 61 values): a parameter, q.NAME or qd.NAME of the start */
     const char *orders; /* "1,2": order lines in pictures, frequency = order * value / (2 pi) */
     double highest;     /* Hz: pictures have eigenvalues of at most 2 pi times this modulus; 0: all */
+    int slide;          /* 1: dry friction that sticks at the state has no force, and slides; 0: it keeps its places */
 } kempe_modes_options;
 
 typedef struct kempe_modes kempe_modes;

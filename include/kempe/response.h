@@ -29,6 +29,7 @@ typedef struct kempe_response_options {
     int linear;              /* 1: evenly spaced from A to B; 0: in even ratios */
     const char *independent; /* independent coordinates; default: Kempe chooses */
     const char *backend;     /* as in kempe_run_options */
+    int slide; /* 1: dry friction that sticks at the state has no force, and slides; 0: it keeps its places */
 } kempe_response_options;
 
 typedef struct kempe_response kempe_response;

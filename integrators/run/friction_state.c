@@ -160,6 +160,16 @@ static void take_views(kmp_friction_state *x, double t)
     }
 }
 
+void kmp_friction_state_slide(kmp_friction_state *x)
+{
+    kmp_friction_run *f = x->site->sticking.friction;
+    for (int i = 0; i < x->count; i++)
+        if (!x->view[i].contact && x->view[i].word != KMP_FRICTION_WORD_SLIPS) {
+            kmp_friction_set_slip(f, &f->element[i], 0, 0);
+            x->view[i].word = KMP_FRICTION_WORD_SLIPS;
+        }
+}
+
 void kmp_friction_state_take_places(kmp_friction_state *x)
 {
     const kmp_friction_run *f = x->site->sticking.friction;

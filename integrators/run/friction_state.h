@@ -58,6 +58,9 @@ kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int 
 void kmp_friction_state_evaluate(kmp_friction_state *state, double t, const double *q, const double *qd);
 void kmp_friction_state_take_places(kmp_friction_state *state);
 
+/** After kmp_friction_state_decide: friction that sticks has no row and no force; contacts stay closed. */
+void kmp_friction_state_slide(kmp_friction_state *state);
+
 /** Gives up all rows and forces of friction: elements follow the sign of their rates, and have no force at rest. */
 void kmp_friction_state_release(kmp_evaluator *eval);
 

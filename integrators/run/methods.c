@@ -167,6 +167,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
         spec->form = or_default(spec->form, model->form);
         spec->integrator = own_form ? or_default(spec->integrator, model->integrator) : spec->integrator;
     }
+    const char *form = spec->form; /* NULL: an integrator may choose one */
     /* A given integrator without a form chooses the first form that it fits. */
     const kmp_solver_kind *solver = spec->integrator ? kmp_solver_find(spec->integrator) : NULL;
     for (int k = 0; solver && !spec->form && k < (int)FORMULATIONS; k++)
@@ -183,7 +184,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     spec->form = kind->form;
     spec->open_integrator = false;
     if (!solver || !fits(kind, solver))
-        return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);
+        return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, form);
     spec->integrator = solver->name;
     return KEMPE_OK;
 }

@@ -117,6 +117,8 @@ def _real(value: Any, keep: list[Any]) -> float:
         return float(value)
     except TypeError:
         raise TypeError(f"a number is needed, not {value!r}") from None
+    except ValueError:
+        raise ValueError(f"a number in SI is needed, not {value!r}") from None
 
 
 def _whole(value: Any, keep: list[Any]) -> int:

@@ -117,7 +117,7 @@ def test_errors(error, base, call, four_bar):
 @pytest.mark.parametrize(
     "error, sentence, call",
     [
-        (ValueError, "t_end: could not convert", lambda m: m.simulate(t_end="5 s")),
+        (ValueError, "t_end: a number in SI is needed", lambda m: m.simulate(t_end="5 s")),
         (ValueError, "max_steps: a whole number is needed, not 1.5", lambda m: m.simulate(max_steps=1.5)),
         (TypeError, "there is no keyword 'outputs'", lambda m: m.simulate(outputs="q")),
         (TypeError, "progress is True or a function", lambda m: m.simulate(progress=3)),

@@ -186,7 +186,7 @@ def pushed(**inputs):
         (kempe.ArgumentError, r"motion: 'q\(crank\)' is a function of t; the times .* as the column t", moved({"q(crank)": np.sin})),
         (kempe.InputError, "motion: column q.NAME is missing", moved({"t": [0, 1]})),
         (kempe.InputError, "motion: column q.crank has no value at t = 1 s", moved({"t": [0, 1], "q(crank)": [0, np.nan]})),
-        (kempe.InputError, "column 'q.crnk' is missing", moved({"t": [0, 1], "q(crnk)": [0, 1]})),
+        (kempe.InputError, "unknown column 'q.crnk'", moved({"t": [0, 1], "q(crnk)": [0, 1]})),
         (TypeError, "motion: a path, .* not int", moved(3)),
         (kempe.ArgumentError, "u: the method between samples is missing; it is one of hold, linear, cubic", pushed(u={"t": T, "value": T})),
         (kempe.ArgumentError, "u: the method .* is 'spline'", pushed(u={"t": T, "value": T, "method": "spline"})),

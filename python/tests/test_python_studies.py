@@ -1185,7 +1185,7 @@ def test_every_number_of_options_is_known():
     from kempe.options import _COUNTS
 
     flags = set("""body_inputs convergence_check drives full_convergence_check global integral judge_safety keep_dense
-        keep_independent keep_parameters linear modes newton no_binary no_convergence_check optimize resume simulator stick
+        keep_independent keep_parameters linear modes newton no_binary no_convergence_check optimize resume simulator slide stick
         vectorised""".split())
     for name in sum(map(list, ffi.list_types()), []):
         if name.endswith("_options"):

@@ -35,8 +35,12 @@ STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, resu
 static kempe_status linearize_about(const cli_job *j, kempe_linearization **result)
 {
     const kempe_response_options *s = &j->settings->response;
-    const kempe_linearize_options options = {
-        .at = s->at, .inputs = s->inputs, .outputs = s->outputs, .independent = s->independent, .backend = s->backend};
+    const kempe_linearize_options options = {.at = s->at,
+                                             .inputs = s->inputs,
+                                             .outputs = s->outputs,
+                                             .independent = s->independent,
+                                             .backend = s->backend,
+                                             .slide = s->slide};
     return kempe_linearization_new(j->system, &options, result);
 }
 

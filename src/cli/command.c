@@ -7,6 +7,7 @@
 #include "platform/platform.h"
 #include "terminal.h"
 
+#include <errno.h>
 #include <kempe/cache.h>
 #include <kempe/settings.h>
 #include <stdio.h>
@@ -309,15 +310,37 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     return KEMPE_OK;
 }
 
-/* No file of the model is written: before a long run, whose results would be lost. */
+/* True if the folder of a file is there. */
+static bool has_folder(const char *path)
+{
+    char folder[KMP_PATH_MOST];
+    kmp_path_state state;
+    const size_t length = kmp_path_folder(path);
+    if (length == 0 || length >= sizeof folder)
+        return true;
+    memcpy(folder, path, length);
+    folder[length] = '\0';
+    return kmp_path_look(folder, &state) && state.kind == KMP_PATH_FOLDER;
+}
+
+/* Files are written where a folder is, and none of the model: before a long run, whose results would be lost. */
 static kempe_status check_written(const cli_job *j, unsigned command)
 {
-    const char *path;
-    for (int k = 0; (path = cli_written(command, j->settings, &k));)
+    const char *path, *json = j->settings->json;
+    for (int k = 0; (path = cli_written(command, j->settings, &k));) {
         if (kempe_context_is_source(j->context, path)) {
             cli_complain("'%s' is a file of the model, and would be written over: name another one", path);
             return KEMPE_E_ARGUMENT;
         }
+        if (!has_folder(path)) {
+            char why[KMP_PATH_MOST + 100];
+            (void)snprintf(why, sizeof why, "cannot write '%s': %s", path, strerror(ENOENT));
+            complain(KEMPE_E_FAILED, why);
+            if (json && strcmp(json, path) != 0)
+                report_failure(j, KEMPE_OUTCOME_FAILED, why);
+            return KEMPE_E_FAILED;
+        }
+    }
     return KEMPE_OK;
 }
 

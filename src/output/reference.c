@@ -4,8 +4,8 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/files/csv_reader.h"
 #include "model/language/nearest.h"
-#include "output/csv_reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -50,12 +50,16 @@ static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char 
     return true;
 }
 
-static bool complain_column(kmp_csv *csv, const char *at, const char *name, const kmp_nearest *nearest)
+static bool complain_column(kmp_csv *csv, const reader *r, const char *at, const char *name, const kmp_nearest *nearest)
 {
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "column '%s' is missing", name);
-    kmp_nearest_suggest(nearest, &sentence);
-    if (!nearest->best)
+    const bool coordinate = kmp_name_find(KMP_COORDINATES(r->system->model), name) >= 0;
+    kmp_text_printf(&sentence, "unknown column '%s'", name);
+    if (coordinate)
+        kmp_text_printf(&sentence, "; the column of the coordinate is 'q.%s'", name);
+    else
+        kmp_nearest_suggest(nearest, &sentence);
+    if (!coordinate && !nearest->best)
         kmp_text_put(&sentence, ": columns are t, q.NAME, qd.NAME, qdd.NAME and lambda.CLOSURE.k");
     bool ok = !sentence.failed;
     if (ok)
@@ -115,7 +119,7 @@ static bool resolve(kmp_csv *csv, reader *r, kmp_csv_field f, column *c)
     kmp_nearest nearest = kmp_nearest_begin(name.s ? name.s : "");
     bool ok = name.s && !name.failed && find_column(r, name.s, &nearest, known, sizeof known, c);
     if (ok && c->kind == COLUMN_UNKNOWN)
-        ok = complain_column(csv, f.s, name.s, &nearest);
+        ok = complain_column(csv, r, f.s, name.s, &nearest);
     kmp_text_free(&name);
     return ok;
 }
@@ -183,7 +187,7 @@ static bool read_row(kmp_csv *csv, const char *line)
     return true;
 }
 
-static const kmp_csv_form form = {"the header line is missing; it begins with t", NULL, read_header, read_row};
+static const kmp_csv_form form = {"the header line is missing; it begins with t", NULL, read_header, read_row, false};
 
 kempe_status kmp_reference_read(const kempe_system *system, const char *path, kmp_reference *reference)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of numbers from CSV files. */
+#include "model/files/csv_reader.h"
 #include "model/language/dimension.h"
-#include "output/csv_reader.h"
 #include "output/result_table.h"
 #include <kempe/table.h>
 #include <math.h>
@@ -44,7 +44,7 @@ static bool take_row(kmp_csv *csv, const char *line)
 }
 
 static const kmp_csv_form form = {"the header line is missing; it has the names of the columns", NULL, take_header,
-                                  take_row};
+                                  take_row, false};
 
 kempe_status kempe_table_read(kempe_context *context, const char *path, kempe_table **table)
 {

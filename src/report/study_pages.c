@@ -190,7 +190,10 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
              c < kempe_table_column_count(page->curves.table) && page->curves.first_count < KMP_PAGE_FIRST / 2; c++)
             if (kmp_statistics_is_quantity(page->curves.table, c))
                 page->curves.first[page->curves.first_count++] = kempe_table_column_name(page->curves.table, c);
-        if (kmp_statistics_yield(page->statistics, &part, &low, &high))
+        const bool limited = kmp_statistics_yield(page->statistics, &part, &low, &high);
+        if (limited && isnan(low))
+            add_fact(page, "within the limits", "%.4g %%", 100 * part);
+        else if (limited)
             add_fact(page, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
     kmp_text text = {0}, warnings = {0};

@@ -1578,6 +1578,8 @@ class Input(Case):
 
     def test_no_file(self):
         self.assertIn("nowhere.yaml", self.expect(2, "check", "nowhere.yaml").stderr)
+        for name in (FOUR_BAR.with_suffix(""), FOUR_BAR.with_suffix(".yml")):
+            self.assertEqual(self.expect(2, "check", name).stderr, f"kempe: cannot read '{name}': No such file or directory; did you mean '{FOUR_BAR}'?\n")
 
     def test_json_of_a_failure(self):
         for path in (self.model(self.BAD), 'no "such"\\file.yaml'):
@@ -2459,8 +2461,11 @@ class Numpy(Case):
         self.assertEqual(said.stdout.split(), ["0", "q.crank"], said.stderr)
 
     def test_npz_that_cannot_be_written(self):
-        done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz")
-        self.assertIn("nowhere/a.npz", done.stderr)
+        """A folder that is missing is named before the run, whose result would be lost."""
+        done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz", "--json", "-")
+        self.assertEqual(done.stderr, "kempe: cannot write 'nowhere/a.npz': No such file or directory\n")
+        self.assertEqual((json.loads(done.stdout)["status"], json.loads(done.stdout)["build_s"]), ("failed", None))
+        self.assertEqual(self.expect(1, "simulate", FOUR_BAR, "--json", "nowhere/a.json").stdout, "")
 
 
 class Resume(Case):
@@ -2563,6 +2568,8 @@ class Resume(Case):
             "kempe: 1\nparameters: {length: 300 mm, tilt: 10 deg, speed: 72 m/s}\n"
             "bodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [length*cos(tilt)*speed/speed, 0, 0]}}\n"
         )
+        self.assertEqual(self.expect(2, "check", model, "--set", "length=3 kg").stderr,
+                         "--set length:1:1: parameter 'length', which is '300 mm' in the file: expected m, got kg\n")
         for setting, word in (("length=310", "write '310 mm'"), ("tilt=20", "write '20 deg'")):
             self.assertIn(word, self.expect(0, "check", model, "--set", setting).stderr)
         for setting in ("length=0.31", "length=310 mm", "tilt=0.2", "speed=70"):
@@ -2574,6 +2581,23 @@ class Resume(Case):
             self.assertNotIn("turns", self.expect(0, "kinematics", model, "--sweep", sweep).stderr)
 
     BODY = "bodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 1}}}\n"
+
+    def test_sizes_without_a_unit(self):
+        """Moments, centres of mass and gravity as in mm are named where the points are in m."""
+        text = ("kempe: 1\nparameters: {l: 300 mm, J: 4500}\ngravity: [0, -9.81, 0]\n"
+                "bodies: {a: {joint: {revolute: z, at: ground}, mass: 0.6, com: [l/2, 0, 0], inertia: {zz: 0.0045}, points: {P: [l, 0, 0]}}}\n")
+        self.assertNotIn("without a unit", self.expect(0, "check", self.model(text)).stderr)
+        for old, new, told in (("zz: 0.0045", "zz: 4500", "4:91: inertia zz of body 'a' is 4500 without a unit, taken in kg m^2: "
+                                "a radius of gyration of 86.6 m with points of its body within 0.3 m; for mm write '4500 kg*mm^2'"),
+                               ("zz: 0.0045", "zz: J", "inertia zz of body 'a' is 4500 without a unit"),
+                               ("l/2", "-150", "component 1 of the com of body 'a' is -150 without a unit, taken in m, "
+                                "with points of its body within 0.3 m; for mm write '-150 mm'"),
+                               ("-9.81", "-9810", "gravity is -9810 without a unit and is taken in m/s^2"),
+                               ("zz: 0.0045", "zz: 4500 kg*m^2", None), ("zz: 0.0045", "zz: 5", None), ("l/2", "20", None),
+                               ("l/2", "150 mm", None), ("-9.81", "-9810 mm/s^2", None), ("300 mm, J: 4500}", "300, J: 4500}", None)):
+            done = self.expect(0, "check", self.model(text.replace(old, new)))
+            self.assertEqual(told is not None, "without a unit" in done.stderr, (new, done.stderr))
+            self.assertIn(told or "", done.stderr)
 
     def test_angles_without_a_unit(self):
         """More than a turn without a unit is named where the model has degrees, and nowhere else."""

@@ -5,6 +5,7 @@
 
 The exit code is 77 where FMPy is absent: pip install fmpy (another Python than the first one: KEMPE_FMPY_PYTHON)."""
 
+import cmath
 import csv
 import ctypes
 import ctypes.util
@@ -570,6 +571,31 @@ def check_misuse(unit, loops_break=True):
         instance.freeInstance()
 
 
+def check_given_start(unit):
+    """A four-bar starts where any of its coordinates and rates is given; values that do not fit are refused by name."""
+    own = dict(zip(unit.named("q."), unit.get(unit.started("cs"), unit.named("q."))))
+    diagonal = math.hypot(0.9, 0.3)  # the joint of coupler and rocker at the start, where all angles are zero
+    along = (0.8**2 - 0.7**2 + diagonal**2) / (2 * diagonal)
+    joint = 0.3j + (along + 1j * math.sqrt(0.8**2 - along**2)) * (0.9 - 0.3j) / diagonal
+    rocker, crank, rate = unit.reference["q.rocker"], unit.reference["q.crank"], unit.reference["qd.rocker"]
+    for given in ({rocker: own[rocker] + 0.05}, {crank: own[crank] + 0.4}, {rocker: own[rocker] + 0.05, rate: 2.0}, {rate: -3.0}):
+        instance = unit.made("cs")
+        unit.set(instance, list(given), list(given.values()))
+        unit.begin(instance)
+        instance.exitInitializationMode()
+        found = unit.get(instance, list(given))
+        check(all(abs(a - b) < 1e-12 for a, b in zip(found, given.values())), unit.file.name, "starts at", found, "not at", given)
+        turns = [cmath.exp(1j * unit.get(instance, [unit.reference["q." + name]])[0]) for name in ("crank", "coupler", "rocker")]
+        gap = turns[0] * (0.3j + turns[1] * (joint - 0.3j)) - 0.9 - turns[2] * (joint - 0.9)
+        check(abs(gap) < 1e-9, unit.file.name, "starts with a loop that is open by", abs(gap))
+        instance.freeInstance()
+    instance = unit.made("cs")
+    unit.set(instance, [crank, rocker], [own[crank] + 0.4, own[rocker] - 0.3])
+    unit.begin(instance)
+    unit.refused("a start that contradicts itself", "leave out coordinates", instance.exitInitializationMode)
+    instance.freeInstance()
+
+
 def check_dead_centre(unit, on_library):
     """A rod shorter than the crank: the loop opens where the sine of the crank angle is their ratio. The step is discarded, and
     a shorter one is made; a unit on the library ends the motion, as kempe simulate does."""
@@ -672,6 +698,7 @@ def check_on_library(kempe, folder, model, end, allowed):
             check_dead_centre(unit, True)
         if model == "four_bar":
             check_misuse(unit)
+            check_given_start(unit)
             check_threads(unit, end)
         if model == "cart_pole":
             check_input(unit)
@@ -740,6 +767,7 @@ def check_model(kempe, folder, model, end):
             check_far_states(unit)
         if model == "four_bar":
             check_misuse(unit)
+            check_given_start(unit)
             check_threads(unit, end)
         if (model, fmi) == BUILT_BY_FMPY or (model == BUILT_BY_FMPY[0] and FULL):
             check_motions(Unit.of_model(kempe, folder, model, fmi, "--no-binary", build=True), expected, end)

@@ -5,6 +5,7 @@
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/response.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <stdlib.h>
@@ -429,6 +430,36 @@ static void studies_at_a_state(void)
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "0 degrees of freedom"));
     CHECK(text && strstr(text, "no modes: closures, drives or friction that sticks"));
     kempe_text_free(text);
+    kempe_modes_free(modes);
+    /* Without its force the spring moves the mass: omega^2 = k/m. */
+    modes = NULL;
+    CHECK(kempe_modes_new(l.system, &(kempe_modes_options){.slide = 1}, &modes) == KEMPE_OK);
+    kempe_table *rows = NULL;
+    CHECK(modes && kempe_modes_table(modes, "modes", &rows) == KEMPE_OK);
+    CHECK_NEAR(kempe_table_number(rows, 0, kempe_table_find(rows, "im")), 10, 1e-12);
+    kempe_table_free(rows);
+    kempe_modes_free(modes);
+    int size[2];
+    CHECK(kempe_linearization_new(l.system, &(kempe_linearize_options){.slide = 1}, &linear) == KEMPE_OK);
+    const double *a = kempe_linearization_matrix(linear, KEMPE_MATRIX_A, &size[0], &size[1]);
+    CHECK(size[0] == 2 && a && fabs(a[1] + 100) < 1e-12);
+    kempe_linearization_free(linear);
+    kempe_response *response = NULL;
+    const kempe_response_options still = {.inputs = "effort(x)", .frequencies = "1:2:3", .slide = 1};
+    CHECK(kempe_response_new(l.system, &still, &response) == KEMPE_OK);
+    kempe_response_free(response);
+    unload(&l);
+    /* Friction that slips keeps its force, and a closed contact its place. */
+    l = load_text("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\n"
+                  "bodies: {m: {joint: {at: ground, motions: [T1, T2]}, mass: 2, points: {P: [0, 0, 0]}}}\n"
+                  "forces: {k: {joint: m.1, spring: {stiffness: 50}}}\n"
+                  "contacts: {floor: {point: m.P, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.5}}\n");
+    modes = NULL;
+    CHECK(kempe_modes_new(l.system, &(kempe_modes_options){.at = "start", .slide = 1}, &modes) == KEMPE_OK);
+    rows = NULL;
+    CHECK(modes && kempe_modes_table(modes, "modes", &rows) == KEMPE_OK && kempe_table_row_count(rows) == 2);
+    CHECK_NEAR(kempe_table_number(rows, 0, kempe_table_find(rows, "im")), 5, 1e-12);
+    kempe_table_free(rows);
     kempe_modes_free(modes);
     unload(&l);
 }

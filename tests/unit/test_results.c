@@ -253,7 +253,7 @@ static void test_bad_references(void)
     scene s = open_scene(slider_crank);
     expect_complaint(&s, "t,q.crnk\n0,1\n", ":1:3: ", "did you mean 'q.crank'?");
     expect_complaint(&s, "t,lambda.P.3\n0,1\n", ":1:3: ", "'lambda.P.");
-    expect_complaint(&s, "t,velocity\n", ":1:3: ", "column 'velocity' is missing");
+    expect_complaint(&s, "t,velocity\n", ":1:3: ", "unknown column 'velocity'");
     expect_complaint(&s, "t,whatever_is_this\n", ":1:3: ", "lambda.CLOSURE.k");
     expect_complaint(&s, "t,q.rod,q.rod\n", ":1:9: ", "duplicate");
     expect_complaint(&s, "q.rod\n1\n", ":1:1: ", "column t is missing");

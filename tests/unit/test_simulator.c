@@ -633,6 +633,53 @@ static void derivatives_are_exact(void)
     CHECK_TEXT(s->message, "slider crank: derivatives were not generated");
 }
 
+/* -- a start at given values --------------------------------------------------------------------------------------- */
+
+/* Coordinates and rates that are given are kept to the last bit, also those that depend on others in a run. Guesses of
+ * all select the assembly mode. Values that contradict the loops are refused by name. */
+static void given_values_are_kept(void)
+{
+    const double angle = 1.1, lean = -asin(CRANK * sin(angle) / ROD), place = CRANK * cos(angle) + ROD * cos(lean),
+                 behind = CRANK * cos(angle) - ROD * cos(lean);
+    const double slide[] = {NAN, NAN, place}, speed[] = {NAN, NAN, -0.5}, other[] = {angle, acos(-1) - lean, behind},
+                 wrong[] = {angle, NAN, place + 0.01}, far[] = {NAN, NAN, 2}, fast[] = {3, NAN, 0.1};
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &slider_crank, 0);
+    GOES(kempe_simulator_start_from(s, 0, slide, speed));
+    CHECK(s->q[2] == place && s->qd[2] == -0.5);
+    CHECK_NEAR(s->q[0], angle, 1e-12);
+    CHECK_NEAR(s->qd[0] * (-CRANK * sin(angle) - ROD * sin(lean) * -CRANK * cos(angle) / (ROD * cos(lean))), -0.5,
+               1e-12);
+    GOES(kempe_simulator_start_from(s, 0, NULL, speed));
+    CHECK(s->q[0] == 0.4 && s->qd[2] == -0.5);
+    GOES(kempe_simulator_start_from(s, 0, other, NULL));
+    CHECK_NEAR(s->q[1], acos(-1) - lean, 1e-12);
+    CHECK_NEAR(s->q[2], behind, 1e-12);
+    CHECK_STATUS(s, kempe_simulator_start_from(s, 0, wrong, NULL), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "the given start contradicts itself or the loops: the value of 'phi' would be 1.06") ||
+          strstr(s->message, "the given start contradicts itself or the loops: the value of 'x' would be"));
+    CHECK(s->q[2] == behind || fabs(s->q[2] - behind) < 1e-12);
+    CHECK_STATUS(s, kempe_simulator_start_from(s, 0, far, NULL), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "stays open by"));
+    CHECK_STATUS(s, kempe_simulator_start_from(s, 0, NULL, fast), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "leave out rates that follow from others"));
+}
+
+/* A place that is given stays where a parameter changes: x = sqrt(L^2 - y^2), dx/dL = L/x. */
+static void given_values_have_derivatives(void)
+{
+    const double y = -0.6 * PENDULUM_LENGTH, given[] = {NAN, y}, p[2] = {1, 0};
+    double q[2];
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &pendulum, 0);
+    GOES(kempe_simulator_start_from(s, 0, given, NULL));
+    CHECK(s->q[1] == y);
+    const kempe_simulator_change change = {.start = KEMPE_CHANGE_START_FROM, .given_q = given, .p = p, .q = q};
+    GOES(kempe_simulator_along(s, &change));
+    CHECK(q[1] == 0);
+    CHECK_NEAR(q[0], PENDULUM_LENGTH / s->q[0], 1e-14);
+}
+
 /* -- failures ------------------------------------------------------------------------------------------------------ */
 
 static void failures_say_why(void)
@@ -747,6 +794,8 @@ int main(void)
     TEST(samples_are_taken);
     TEST(caller_stops_at_samples);
     TEST(derivatives_are_exact);
+    TEST(given_values_are_kept);
+    TEST(given_values_have_derivatives);
     TEST(failures_say_why);
     TEST(runaway_motions_end_by_name);
     TEST(memory_is_counted);

@@ -261,6 +261,33 @@ static void test_chain(void)
     end(&s);
 }
 
+/* A grid is not a sample: its statistics have no intervals. */
+static void test_grid(void)
+{
+    const double one[] = {1, 2, 3, 4}, uneven[] = {1, 2, 3, 4.1}, again[] = {1, 2, 1, 2},
+                 two[] = {1, 10, 1, 20, 1, 30, 2, 10, 2, 20, 2, 30},
+                 other[] = {1, 10, 2, 10, 1, 20, 2, 20, 1, 30, 2, 30},
+                 mixed[] = {1, 10, 2, 10, 1, 20, 2, 20, 1, 30, 2, 31};
+    CHECK(kmp_is_grid(4, 1, one) && kmp_is_grid(6, 2, two) && kmp_is_grid(6, 2, other));
+    CHECK(!kmp_is_grid(4, 1, uneven) && !kmp_is_grid(4, 1, again) && !kmp_is_grid(6, 2, mixed) &&
+          !kmp_is_grid(2, 1, one));
+    const kempe_sample_options sample = {.size = sizeof sample, .ranges = "x1=1:3:3,x2=0:1:4", .design = "grid"};
+    const kempe_ensemble_options measured = {
+        .size = sizeof measured, .quantities = "gap = x1 + 2*x2 - x3", .limits = "gap > 1"};
+    study s = begin(MODEL, &sample, &measured);
+    kempe_table *moments = NULL;
+    char *text = NULL;
+    need(&s, kempe_statistics_table(s.statistics, "moments", &moments));
+    CHECK(isfinite(cell(moments, 0, "mean")) && isnan(cell(moments, 0, "mean_low")));
+    CHECK(kempe_statistics_print(s.statistics, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text &&
+          strstr(text, "statistics of 12 of 12 instances of a grid, without intervals, which belong to samples\n") &&
+          !strstr(text, "), standard deviation"));
+    kempe_text_free(text);
+    kempe_table_free(moments);
+    end(&s);
+}
+
 static void test_mistakes(void)
 {
     const kempe_sample_options sample = {.size = sizeof sample, .ranges = "x1=0:1", .count = 3};
@@ -287,6 +314,7 @@ int main(void)
     TEST(test_ishigami);
     TEST(test_errors);
     TEST(test_chain);
+    TEST(test_grid);
     TEST(test_mistakes);
     return check_report();
 }

@@ -207,16 +207,45 @@ static void equations(void)
     kempe_model_free(m);
 }
 
+/* Units of columns, in their names or in a line above them; `unit` is for a column without one. */
+static void units_of_columns(void)
+{
+    static const char text[] =
+        "kempe: 1\ntables:\n"
+        "  torque: {csv: heads.csv, x: speed, y: torque, method: linear}\n"
+        "  moment: {csv: heads.csv, x: 'speed [rpm]', y: moment, unit: N*cm, method: linear}\n"
+        "inputs: {lift: {csv: above.csv, value: travel, method: linear}}\n"
+        "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: a, force: lift*(1 N/m)}}\n";
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/label.yaml", &m) == KEMPE_OK);
+    if (!m) {
+        printf("%s\n", kempe_context_message(context));
+        return;
+    }
+    CHECK_NEAR(m->tables[0].table->x[1], 100 * acos(-1), 1e-12);
+    CHECK_NEAR(m->tables[0].table->y[0], 2, 1e-15);
+    CHECK_NEAR(m->tables[1].table->x[1], 100 * acos(-1), 1e-12);
+    CHECK_NEAR(m->tables[1].table->y[0], 0.02, 1e-15);
+    CHECK_NEAR(kmp_signal_value(&m->inputs[0].signal, 0.25), 0.01, 1e-15);
+    kempe_model_free(m);
+}
+
 static void bad_sheets(void)
 {
-    static const char text[] = "kempe: 1\ntables: {b: {csv: bad.csv, x: x, y: y}, f: {csv: flat.csv, x: x, y: y}}\n"
-                               "bodies: {a: {joint: {revolute: z, at: ground}}}\n";
+    static const char text[] =
+        "kempe: 1\ntables: {b: {csv: bad.csv, x: x, y: y}, f: {csv: flat.csv, x: x, y: y},\n"
+        "  s: {csv: semicolons.csv, x: speed, y: torque}, h: {csv: heads.csv, x: speed, y: heat},\n"
+        "  n: {csv: heads.csv, x: speed, y: power}}\n"
+        "bodies: {a: {joint: {revolute: z, at: ground}}}\n";
     kempe_model *m = NULL;
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/malformed/label", &m) == KEMPE_E_INPUT && !m);
     const char *said = kempe_context_message(context);
     CHECK(strstr(said, "/bad.csv:3:3: a number is expected here, not 'two'\n") != NULL);
     CHECK(strstr(said, "/bad.csv:4:1: column 2 is missing in this line\n") != NULL);
     CHECK(strstr(said, "/flat.csv:4:1: table 'f': x must increase: 1 comes after 1") != NULL);
+    CHECK(strstr(said, "/semicolons.csv:1:6: a semicolon stands between the columns: a comma is expected") != NULL);
+    CHECK(strstr(said, "/heads.csv:1:38: column 4: unknown unit 'degC'") != NULL);
+    CHECK(strstr(said, "/heads.csv' has no column 'power': its columns are t, speed, torque, heat") != NULL);
 }
 
 int main(void)
@@ -228,6 +257,7 @@ int main(void)
     TEST(points_of_curves);
     TEST(ramp_that_holds);
     TEST(constants_beyond_the_points);
+    TEST(units_of_columns);
     TEST(bad_sheets);
     kempe_context_free(context);
     return check_report();

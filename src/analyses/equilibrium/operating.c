@@ -254,6 +254,8 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
         status = check_rolling(o, friction);
     if (status == KEMPE_OK)
         status = tell_contacts(o, friction);
+    if (status == KEMPE_OK && o->slides)
+        kmp_friction_state_slide(friction);
     if (status == KEMPE_OK) {
         /* Names friction that sticks, once. */
         kmp_text names = {0};
@@ -262,8 +264,9 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
                 kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
         if (names.s)
             kmp_log(o->system->context, KEMPE_LOG_WARNING,
-                    "friction %s sticks at the state: its surfaces do not slide in small motions; without a level they "
-                    "would",
+                    "friction %s sticks at the state: its surfaces do not slide in small motions; --slide of modes, "
+                    "linearize "
+                    "and response lets them slide without a force",
                     names.s);
         o->told = true;
         kmp_text_free(&names);

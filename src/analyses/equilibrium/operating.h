@@ -17,6 +17,7 @@ typedef struct kmp_operating {
     bool equilibrium;
     bool held;       /* a load holds a rate (steady.h) */
     bool told;       /* of friction that sticks */
+    bool slides;     /* set by the caller: friction that sticks has no force */
     double residual; /* of an equilibrium, relative */
 } kmp_operating;
 
@@ -36,7 +37,7 @@ void kmp_operating_free(kmp_operating *operating);
 kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` to the state: its charts, independent coordinates (`wish`: those requested by the caller) and rates.
- * Friction that sticks at the state keeps its places, by rows that are held; a warning names it.
+ * Friction that sticks at the state keeps its places, by rows that are held, unless it slides; a warning names it.
  * The accelerations follow from the equations of motion (zero at an equilibrium). Errors as kmp_linear_choose;
  * KEMPE_E_FAILED with a sentence also where the state is impossible, or a force is not finite. */
 kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);

@@ -518,6 +518,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend->name));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
+    c->at->slides = options->slides;
     kempe_status status = judge_rest(c, wish, wish_count);
     if (status == KEMPE_E_FAILED && !*kempe_context_message(c->system->context))
         return kmp_fail(c->system->context, status,

@@ -74,7 +74,7 @@ int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, doub
 /** NULL: the default of each. */
 typedef struct kmp_channels_options {
     const char *at, *inputs, *outputs, *independent, *backend;
-
+    bool slides; /* friction that sticks has no force */
 } kmp_channels_options;
 
 typedef struct kmp_names {

@@ -237,8 +237,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_linearization, l);
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, options->slide};
     kempe_status status = KEMPE_OK;
     if (kmp_samples_in(system->model))
         status = kmp_refuse_delays(system->model, "linear equations of models with samples", KMP_INSTEAD_OF_DELAY);

@@ -119,6 +119,7 @@ kempe_status kmp_operating_family_go(kmp_operating_family *s, double value, kmp_
     if (s->options.varies)
         s->rates[s->options.varies - s->options.rates].rate = value;
     KMP_TRY(find_state(s));
+    s->state->slides = s->options.slides;
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
     KMP_TRY(kmp_averaged_judge(s->options.averaged, &s->linear));
     kmp_linear_matrices(&s->linear);

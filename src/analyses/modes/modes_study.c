@@ -169,7 +169,7 @@ static const char *rates_of(const kempe_modes_options *options, const char **wor
 
 static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
 {
-    kmp_operating_family_options at = {.averaged = m->averaged};
+    kmp_operating_family_options at = {.averaged = m->averaged, .slides = options->slide};
     const char *rates = rates_of(options, &at.word);
     kmp_ranges ranges = {0};
     int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);

@@ -585,8 +585,8 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
 
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, options->slide};
     const bool samples = kmp_samples_in(system->model);
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])

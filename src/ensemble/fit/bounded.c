@@ -3,7 +3,7 @@
 #include "analyses/parts/ranges.h"
 #include "base/memory.h"
 #include "model/data/model_context.h"
-#include "output/csv_reader.h"
+#include "model/files/csv_reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -110,7 +110,7 @@ static bool read_estimate(kmp_csv *csv, const char *line)
 }
 
 static const kmp_csv_form form = {"the header line is missing; it has the columns parameter and value", NULL, read_head,
-                                  read_estimate};
+                                  read_estimate, false};
 
 kempe_status kmp_box_bounds_read_start(kempe_context *context, const char *path, const kmp_box_bounds *bounded,
                                        double *start)

@@ -179,7 +179,7 @@ static bool read_row(kmp_csv *csv, const char *line)
 static kempe_status read_file(kempe_context *context, const char *path, reader *r)
 {
     static const kmp_csv_form form = {"the header line is missing; it has t and names of outputs",
-                                      "the table has no rows", read_header, read_row};
+                                      "the table has no rows", read_header, read_row, false};
     kempe_status status = kmp_csv_read(context, path, &form, r);
     kmp_free(r->meaning);
     return status;

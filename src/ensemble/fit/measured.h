@@ -5,7 +5,7 @@
 
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "base/arena.h"
-#include "output/csv_reader.h"
+#include "model/files/csv_reader.h"
 
 typedef struct kmp_measured {
     kmp_arena arena;

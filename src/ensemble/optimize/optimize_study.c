@@ -81,7 +81,8 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
         if (kind != KMP_TAKE_END && kind != KMP_TAKE_AT && kind != KMP_TAKE_MAX && kind != KMP_TAKE_MIN)
             return refuse_slopes(o, kmp_arena_printf(&o->arena,
                                                      "'%s' has no exact derivative: at(..), max(..), min(..) "
-                                                     "and values at the end have one",
+                                                     "and values at the end have one, among them integrals that "
+                                                     "are states",
                                                      o->list->name[run->of[q].first_value]));
     }
     for (int k = 0; k < o->count; k++)

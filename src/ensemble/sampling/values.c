@@ -9,8 +9,8 @@
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/sampling.h"
 #include "model/data/model_context.h"
+#include "model/files/csv_reader.h"
 #include "model/language/dimension.h"
-#include "output/csv_reader.h"
 #include "output/print.h"
 #include <kempe/ensemble.h>
 #include <limits.h>
@@ -321,7 +321,7 @@ static kempe_status read_parquet(reader *r, const char *path)
 /* -- CSV --------------------------------------------------------------------------------------------- */
 
 static const kmp_csv_form form = {"the header line with names of parameters is missing",
-                                  "no rows follow the header line", read_header, read_row};
+                                  "no rows follow the header line", read_header, read_row, false};
 
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {

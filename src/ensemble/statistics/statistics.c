@@ -208,6 +208,38 @@ bool kmp_is_saltelli(int count, int columns, const double *rows)
     return true;
 }
 
+/* True if a column has `levels` evenly spaced values, each for `stride` rows, again and again. */
+static bool is_ruled(int count, int columns, const double *column, int stride, int levels)
+{
+    const double first = column[0], last = column[(ptrdiff_t)(levels - 1) * stride * columns];
+    const double slack = 1e-9 * fmax(fabs(first), fabs(last));
+    for (int k = 0; k < count; k++) {
+        const double part = levels > 1 ? (double)(k / stride % levels) / (levels - 1) : 0;
+        if (!(fabs(column[(ptrdiff_t)k * columns] - (first + part * (last - first))) <= slack))
+            return false;
+    }
+    return levels == 1 || fabs(last - first) > slack;
+}
+
+bool kmp_is_grid(int count, int columns, const double *rows)
+{
+    for (int order = 0; order < 2 && count > 2; order++) { /* the last column changes in each row, or the first one */
+        bool ruled = true;
+        int stride = 1;
+        for (int i = 0; i < columns && ruled; i++) {
+            const double *column = rows + (order == 0 ? columns - 1 - i : i);
+            int levels = 1;
+            while ((ptrdiff_t)levels * stride < count && column[(ptrdiff_t)levels * stride * columns] != column[0])
+                levels++;
+            ruled = is_ruled(count, columns, column, stride, levels);
+            stride *= levels;
+        }
+        if (ruled && stride == count)
+            return true;
+    }
+    return false;
+}
+
 /* Sums of pairs (x, v) of groups, of which mean(x)/mean(v) is wanted. */
 typedef struct ratio {
     int count;
@@ -310,6 +342,7 @@ struct kempe_statistics {
     double *values; /* rows x inputs */
     bool *ok;       /* rows: an independent sample that reached its end */
     int samples;    /* their number */
+    bool grid;      /* the rows are a grid and no sample: intervals are unknown */
     bool groups;    /* the rows are groups of Saltelli's design, whose first two rows are independent samples */
     quantity *quantity;
     bool limited;
@@ -460,6 +493,11 @@ static bool take_quantity(kempe_statistics *s, const kempe_table *t, int column,
         kmp_order(q->count, kept);
         for (int k = 0; k < PARTS; k++)
             q->quantile[k] = quantile_of(q->count, kept, parts[k], s->confidence);
+        if (s->grid) {
+            q->mean.low = q->mean.high = q->deviation.low = q->deviation.high = NAN;
+            for (int k = 0; k < PARTS; k++)
+                q->quantile[k].low = q->quantile[k].high = NAN;
+        }
     }
     kmp_arena_free(&arena);
     return good;
@@ -475,6 +513,7 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
         for (int i = 0; i < s->inputs; i++)
             s->values[(ptrdiff_t)k * s->inputs + i] = kmp_table_in_si(t, k, i);
     s->groups = kmp_is_saltelli(s->rows, s->inputs, s->values);
+    s->grid = !s->groups && kmp_is_grid(s->rows, s->inputs, s->values);
     for (int k = 0; k < s->rows; k++) {
         bool done = kmp_outcome_is_complete(kmp_outcome_read(kempe_table_word(t, k, status)));
         bool sample = !s->groups || k % size < 2;
@@ -489,7 +528,8 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
     if (s->judged == 0)
         return;
     s->yield.value = (double)s->passed / s->judged;
-    kmp_chance_interval(s->passed, s->judged, s->confidence, &s->yield.low, &s->yield.high);
+    if (!s->grid)
+        kmp_chance_interval(s->passed, s->judged, s->confidence, &s->yield.low, &s->yield.high);
 }
 
 static kempe_status make(kempe_statistics *s, const kempe_table *t)
@@ -655,14 +695,19 @@ static void put_quantity(kmp_text *text, const kempe_statistics *s, const quanti
     const kmp_shown as = shown_of(s, q);
     kmp_text_printf(text, "%s%s%s%s", q->name, *as.unit ? " [" : "", as.unit, *as.unit ? "]" : "");
     if (q->count < s->samples)
-        kmp_text_printf(text, ", known in %d of %d independent samples", q->count, s->samples);
+        kmp_text_printf(text, ", known in %d of %d %s", q->count, s->samples,
+                        s->grid ? "instances" : "independent samples");
     kmp_text_put(text, "\n");
     if (q->count == 0)
         return;
     kmp_text words = {0};
-    kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)", as.factor * q->mean.value,
-                    as.factor * q->mean.low, as.factor * q->mean.high, as.factor * q->deviation.value,
-                    as.factor * q->deviation.low, as.factor * q->deviation.high);
+    if (s->grid)
+        kmp_text_printf(&words, "%.6g, standard deviation %.3g", as.factor * q->mean.value,
+                        as.factor * q->deviation.value);
+    else
+        kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)",
+                        as.factor * q->mean.value, as.factor * q->mean.low, as.factor * q->mean.high,
+                        as.factor * q->deviation.value, as.factor * q->deviation.low, as.factor * q->deviation.high);
     kmp_print_wrapped(text, "  mean      ", 12, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
     kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", as.factor * low->value,
@@ -700,9 +745,17 @@ static void put_contributions(kmp_text *text, const kempe_statistics *s, const q
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_statistics *s = result;
-    kmp_text_printf(text, "statistics of %d of %d instances, intervals of %.4g %% confidence\n", s->done, s->rows,
-                    100 * s->confidence);
-    if (s->limited)
+    if (s->grid)
+        kmp_text_printf(text,
+                        "statistics of %d of %d instances of a grid, without intervals, which belong to samples\n",
+                        s->done, s->rows);
+    else
+        kmp_text_printf(text, "statistics of %d of %d instances, intervals of %.4g %% confidence\n", s->done, s->rows,
+                        100 * s->confidence);
+    if (s->limited && s->grid)
+        kmp_text_printf(text, "yield     %.6g %%: %d of %d instances whose quantities are known\n",
+                        100 * s->yield.value, s->passed, s->judged);
+    else if (s->limited)
         kmp_text_printf(text, "yield     %.6g %% (%.6g to %.6g): %d of %d instances whose quantities are known\n",
                         100 * s->yield.value, 100 * s->yield.low, 100 * s->yield.high, s->passed, s->judged);
     for (int k = 0; k < s->quantities && k < MOST_SHOWN; k++) {

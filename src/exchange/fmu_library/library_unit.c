@@ -418,6 +418,33 @@ static kempe_status begin(kempe_simulator *s)
     return kempe_stepper_new(unit->set_up, &run, &unit->stepper);
 }
 
+/* Puts the motion where the model starts at given values (NaN: not given). */
+static kempe_status place_stepper(library_unit *unit, const double *q, const double *qd)
+{
+    kempe_model *placed = NULL;
+    kempe_system *system = NULL;
+    kempe_stepper *there = NULL;
+    kempe_status status = kempe_model_start_at(unit->other ? unit->other : unit->model, q, qd, &placed);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(placed, &system);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_new(system, NULL, &there);
+    if (status == KEMPE_OK)
+        status = kempe_stepper_set_state(unit->stepper, kempe_stepper_q(there), kempe_stepper_qd(there), NULL);
+    kempe_stepper_free(there);
+    kempe_system_free(system);
+    kempe_model_free(placed);
+    return status;
+}
+
+static bool are_given(const kempe_simulator *s, const double *given)
+{
+    bool any = false;
+    for (int k = 0; given && k < s->equations->coordinates; k++)
+        any = any || !isnan(given[k]);
+    return any;
+}
+
 kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
 {
     library_unit *unit = unit_of(s);
@@ -426,8 +453,8 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
     kempe_status status = begin(s);
     if (status == KEMPE_OK)
         status = set_inputs(s);
-    if (status == KEMPE_OK && q)
-        status = kempe_stepper_set_state(unit->stepper, q, qd, NULL);
+    if (status == KEMPE_OK && (are_given(s, q) || are_given(s, qd)))
+        status = place_stepper(unit, q, qd);
     return show_motion(s, status);
 }
 

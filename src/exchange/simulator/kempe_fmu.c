@@ -81,6 +81,7 @@ static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
         int count;
     } arrays[] = {{&part->x, 2 * f},
                   {&part->start, 2 * n},
+                  {&part->given, 2 * n},
                   {&part->held, c},
                   {&part->value, c},
                   {&part->kept, kempe_simulator_memory(e)},
@@ -196,6 +197,25 @@ kempe_fmu_status kempe_fmu_set_up(kempe_fmu *fmu, int tolerance_given, double to
     return KEMPE_FMU_OK;
 }
 
+static int same_bits(double a, double b)
+{
+    return !memcmp(&a, &b, sizeof a);
+}
+
+/* Collects the start values that differ from the unit's own ones: the importer has given these. 1: there are any. */
+static int collect_given(kempe_fmu *fmu)
+{
+    const kempe_equations *e = fmu->model->equations;
+    const int n = e->coordinates;
+    int any = 0;
+    for (int j = 0; j < 2 * n; j++) {
+        const int own = same_bits(fmu->part.start[j], j < n ? e->start_q[j] : e->start_qd[j - n]);
+        fmu->part.given[j] = own ? NAN : fmu->part.start[j];
+        any |= !own;
+    }
+    return any;
+}
+
 /* Computes the start again, with the parameters, inputs and settings as they are. */
 static kempe_fmu_status start(kempe_fmu *fmu)
 {
@@ -212,10 +232,9 @@ static kempe_fmu_status start(kempe_fmu *fmu)
     kempe_simulator_status status = kempe_simulator_set_parameters(s);
     if (status == KEMPE_SIMULATOR_GOES)
         status = kempe_simulator_set_inputs(s);
+    fmu->now.placed = collect_given(fmu);
     if (status == KEMPE_SIMULATOR_GOES)
-        status = fmu->now.placed
-                     ? kempe_simulator_start_from(s, fmu->now.t, fmu->part.start, fmu->part.start + e->coordinates)
-                     : kempe_simulator_start(s, fmu->now.t);
+        status = kempe_simulator_start_from(s, fmu->now.t, fmu->part.given, fmu->part.given + e->coordinates);
     if (status == KEMPE_SIMULATOR_FAILED)
         return FAIL("%s", s->message);
     fmu->now.ended = status == KEMPE_SIMULATOR_ENDED;
@@ -393,11 +412,6 @@ kempe_fmu_status kempe_fmu_no_variables(kempe_fmu *fmu, size_t count, const unsi
     return count ? unknown(fmu, references ? references[0] : 0, type) : KEMPE_FMU_OK;
 }
 
-static int same_bits(double a, double b)
-{
-    return !memcmp(&a, &b, sizeof a);
-}
-
 /* Checks that a variable may be set in the present mode. */
 static kempe_fmu_status check_set(kempe_fmu *fmu, int block, int at, double value)
 {
@@ -455,9 +469,7 @@ kempe_fmu_status kempe_fmu_set(kempe_fmu *fmu, const unsigned *references, size_
                         : block == KEMPE_FMU_PARAMETERS ? s->p + at
                         : block == KEMPE_FMU_SETTINGS   ? setting(fmu, at)
                                                         : fmu->part.start + at + (block == KEMPE_FMU_QD ? n : 0);
-        if (block == KEMPE_FMU_Q || block == KEMPE_FMU_QD)
-            fmu->now.placed = 1;
-        else if (same_bits(*place, values[i]))
+        if (same_bits(*place, values[i]))
             continue;
         *place = values[i];
         fmu->now.pressed |= block == KEMPE_FMU_INPUTS;
@@ -598,6 +610,8 @@ static kempe_simulator_change no_change(kempe_fmu *fmu)
     change.t = 0;
     if (fmu->now.mode == KEMPE_FMU_INITIALIZATION) /* the start follows from what the importer sets */
         change.start = fmu->now.placed ? KEMPE_CHANGE_START_FROM : KEMPE_CHANGE_START;
+    change.given_q = fmu->part.given;
+    change.given_qd = fmu->part.given + e->coordinates;
     change.x = fmu->part.along_x;
     change.p = fmu->part.along_p;
     change.u = fmu->part.along_u;

@@ -116,7 +116,7 @@ struct kempe_fmu {
         double t, stop;         /* stop: INFINITY where there is none */
         int mode;
         int started; /* the start is computed */
-        int placed;  /* the importer gave start values of coordinates */
+        int placed;  /* the importer gave start values of coordinates, other than the unit's own ones */
         int moved;   /* model exchange: t, x or u are newer than the simulator */
         int pressed; /* inputs are newer than the simulator */
         int tuned;   /* parameters are newer than the simulator */
@@ -124,7 +124,7 @@ struct kempe_fmu {
         int event;   /* co-simulation has stopped at an event, which is not decided yet */
     } now;
     struct kempe_fmu_numbers {
-        double *x, *start;                   /* 2 f; 2 n */
+        double *x, *start, *given;           /* 2 f; 2 n; values that the importer gave, the others NaN */
         double *held, *value, *kept;         /* conditions that held, their values; a saved state */
         double *along_x, *along_p, *along_u; /* a direction */
         double *dx, *states, *q, *qd, *qdd, *lambda, *y, *dvalue; /* changes along it; 2 f */

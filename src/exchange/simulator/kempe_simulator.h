@@ -369,7 +369,9 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *equations, 
 /** Starts at t from the model's start, which moves with the parameters, at the present parameters and inputs: closes
  * the loops, chooses coordinates, decides conditions. FAILED: the loops cannot be closed. */
 kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t);
-/** The same from q and qd (n each) near which the loops are closed. */
+/** The same at given coordinates q and rates qd (n each; NaN: not given, NULL: none is) in place of the model's. As
+ * many given ones as can be independent keep their values, and the loops are closed by the others. FAILED: a given
+ * value that follows from others is off by more than 1e-3 of its scale, or the loops cannot be closed there. */
 kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd);
 
 /** Takes changes of p and u, which act from t on: steps that were made beyond t are made again, and the arrays are
@@ -422,7 +424,8 @@ enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
  * of sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular,
  * or whose deformations are in balance with its loads. */
 typedef struct kempe_simulator_change {
-    int start; /* KEMPE_CHANGE_HERE, .. */
+    int start;                        /* KEMPE_CHANGE_HERE, .. */
+    const double *given_q, *given_qd; /* of KEMPE_CHANGE_START_FROM: as kempe_simulator_start_from had them */
     double t;
     const double *x, *p, *u;
     double *dx, *q, *qd, *qdd, *lambda, *y, *value, *states;

@@ -28,8 +28,7 @@ static bool moves_start(const kempe_simulator *s, const kempe_simulator_change *
 {
     const kempe_equations *e = s->equations;
     bool moves = false;
-    for (int k = 0; change->start == KEMPE_CHANGE_START && e->start_keeps && e->parameter_fixed && k < e->parameters;
-         k++)
+    for (int k = 0; e->start_keeps && e->parameter_fixed && k < e->parameters; k++)
         moves =
             moves || (e->parameter_fixed[k] && ((change->p && change->p[k] != 0) || s->p[k] != e->parameter_values[k]));
     return moves;
@@ -88,11 +87,18 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
     clear(2 * n, given);
     if (moves && change->p)
         change_given(s, change->p, given);
+    const bool from = change->start == KEMPE_CHANGE_START_FROM;
+    for (int j = 0; j < n; j++) {
+        given[2 * j] = from && is_given(change->given_q, j) ? 0 : given[2 * j];
+        given[2 * j + 1] = from && is_given(change->given_qd, j) ? 0 : given[2 * j + 1];
+    }
     int kept = moves ? mark_kept(s, KEMPE_START_KEEPS_PLACE) : 0;
     for (int j = 0; !moves && j < n; j++)
         part->fixed[j] = 0;
     for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
         part->fixed[e->independent[k]] = 1;
+    if (from)
+        mark_given(s, s->t, change->given_q);
     outcome said = choose_marked(s);
     for (int k = 0; k < f; k++)
         part->dq[part->column[r + k]] = given[2 * part->column[r + k]];
@@ -100,7 +106,9 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
         call_along(s, direction);
         add_dependent(s, part->dh, part->dq);
     }
-    if (said == GOOD && moves && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0)
+    if (said == GOOD && from)
+        mark_given(s, s->t, change->given_qd);
+    if (said == GOOD && (from || (moves && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0)))
         said = choose_marked(s);
     for (int k = 0; k < f; k++)
         part->dqd[part->column[r + k]] = given[2 * part->column[r + k] + 1];

@@ -64,18 +64,24 @@ static void restart(kempe_simulator *s, double t)
     begin_control(s);
 }
 
+/* Evaluates the loops at the placed q without a choice. */
+static void evaluate_without_choice(kempe_simulator *s, double t)
+{
+    for (int i = 0; i < s->equations->rows; i++)
+        s->part.row[i] = i;
+    for (int j = 0; j < s->equations->coordinates; j++)
+        s->part.column[j] = j;
+    find_structure(s);
+    (void)evaluate_loops(s, t);
+}
+
 /* Makes the first choice at the placed q, before and after the loops are closed. */
 static outcome close_start(kempe_simulator *s, double t, const int *fixed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int r = rank_of(s);
-    for (int i = 0; i < e->rows; i++)
-        part->row[i] = i;
-    for (int j = 0; j < e->coordinates; j++)
-        part->column[j] = j;
-    find_structure(s);
-    (void)evaluate_loops(s, t);
+    evaluate_without_choice(s, t);
     choose(s, fixed);
     outcome said = close_loops(s, t, NULL);
     if (said != GOOD)
@@ -144,6 +150,160 @@ static outcome close_moved(kempe_simulator *s, double t)
     if (said == GOOD)
         evaluate_rates(s);
     return said;
+}
+
+/* -- a start at given values ----------------------------------------------------------------------------------- */
+
+static bool is_given(const double *given, int j)
+{
+    return given && !isnan(given[j]);
+}
+
+static bool are_given(const kempe_simulator *s, const double *given)
+{
+    bool any = false;
+    for (int j = 0; j < s->equations->coordinates; j++)
+        any = any || is_given(given, j);
+    return any;
+}
+
+/* True if the marked coordinates can be independent together at the place of the last evaluation. */
+static bool is_free(kempe_simulator *s)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const int r = rank_of(s);
+    order_pivots(s, part->fixed);
+    bool free = r == 0 || part->pivots[r - 1] > s->equations->rank_tolerance * part->pivots[0];
+    for (int i = 0; i < r; i++)
+        free = free && !part->fixed[part->new_column[i]];
+    return free;
+}
+
+/* Marks coordinates that are independent at the placed q: as many of the given ones as can be together, first the
+ * independent ones of a run; then others of these. */
+static void mark_given(kempe_simulator *s, double t, const double *given)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    const int n = e->coordinates, r = rank_of(s), f = freedom_of(s);
+    int marked = 0;
+    for (int j = 0; j < n; j++)
+        part->fixed[j] = 0;
+    for (int k = 0; e->independent && k < e->freedom; k++)
+        part->fixed[e->independent[k]] = 1;
+    evaluate_without_choice(s, t);
+    choose(s, e->independent ? part->fixed : NULL);
+    for (int j = 0; j < n; j++)
+        part->fixed[j] = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = 0; k < (pass == 0 ? n : f) && marked < f; k++) {
+            const int j = part->column[(r + k) % n];
+            if (part->fixed[j] || is_given(given, j) != (pass == 0))
+                continue;
+            part->fixed[j] = 1;
+            part->fixed[j] = is_free(s);
+            marked += part->fixed[j];
+        }
+}
+
+/* Longest way of a marked coordinate between two closings, in its scale; attempts, each with ways half as long. */
+#define GIVEN_WAY 0.25
+enum { MOST_ATTEMPTS = 8 };
+
+/* The number of closings on the way from `from` to the given values. Other given coordinates than the marked ones are
+ * guesses of an assembly mode, which a way from another mode cannot reach. */
+static int parts_of_way(const kempe_simulator *s, const double *given, const double *from)
+{
+    double longest = 0;
+    bool guess = false;
+    for (int j = 0; j < s->equations->coordinates; j++)
+        if (is_given(given, j)) {
+            guess = guess || !s->part.fixed[j];
+            longest = fmax(longest, fabs(given[j] - from[j]) / s->equations->scale[j]);
+        }
+    return guess ? 1 : 1 + (int)fmin(longest / GIVEN_WAY, 1e4);
+}
+
+/* Closes the loops at the given q, from the placed q `from`: on the way the marked coordinates that are not given stay.
+ */
+static outcome go_to_given(kempe_simulator *s, double t, const double *given, const double *from)
+{
+    const int n = s->equations->coordinates;
+    double *q = s->part.q;
+    outcome said = OPEN;
+    int parts = parts_of_way(s, given, from);
+    for (int attempt = 0; attempt < MOST_ATTEMPTS && said != GOOD; attempt++, parts *= 2) {
+        const bool guessed = parts == 1;
+        copy(n, from, q);
+        said = GOOD;
+        for (int i = 1; i <= parts && said == GOOD; i++) {
+            for (int j = 0; j < n; j++)
+                if (is_given(given, j) && (guessed || s->part.fixed[j]))
+                    q[j] = i < parts ? from[j] + (given[j] - from[j]) * i / parts : given[j];
+            said = close_start(s, t, s->part.fixed);
+        }
+    }
+    return said;
+}
+
+/* The same from the placed q. The other coordinates give way if the loops do not close with them as they are. */
+static outcome close_given_place(kempe_simulator *s, double t, const double *given)
+{
+    const int n = s->equations->coordinates;
+    double *from = s->part.dq;
+    mark_given(s, t, given);
+    copy(n, s->part.q, from);
+    outcome said = go_to_given(s, t, given, from);
+    if (said != GOOD) {
+        for (int j = 0; j < n; j++)
+            s->part.fixed[j] = s->part.fixed[j] && is_given(given, j);
+        said = go_to_given(s, t, given, from);
+    }
+    return said;
+}
+
+/* Closes the loops at the given values: the marked coordinates and rates have them. */
+static outcome close_given(kempe_simulator *s, double t, const double *q, const double *qd)
+{
+    outcome said = close_given_place(s, t, q);
+    if (said != GOOD)
+        return said;
+    mark_given(s, t, qd);
+    for (int j = 0; j < s->equations->coordinates; j++)
+        if (is_given(qd, j))
+            s->part.qd[j] = qd[j];
+    said = close_start(s, t, s->part.fixed);
+    if (said == GOOD)
+        said = evaluate_loops(s, t);
+    if (said == GOOD)
+        evaluate_rates(s);
+    return said;
+}
+
+/* Given values may be off by rounding of their third digit where they follow from others. */
+#define GIVEN_ROUNDED 1e-3
+
+/* Refuses the given value that is farthest from the placed motion, if it is far. */
+static kempe_simulator_status check_given(kempe_simulator *s, const double *given, const double *found, bool rates)
+{
+    const kempe_equations *e = s->equations;
+    double most = GIVEN_ROUNDED;
+    int worst = -1;
+    for (int j = 0; j < e->coordinates; j++) {
+        if (!is_given(given, j))
+            continue;
+        const double size = rates ? fabs(given[j]) + fabs(found[j]) : e->scale[j],
+                     off = size > 0 ? fabs(found[j] - given[j]) / size : 0;
+        worst = off > most ? j : worst;
+        most = fmax(most, off);
+    }
+    if (worst < 0)
+        return KEMPE_SIMULATOR_GOES;
+    return fail_with(s,
+                     "the given start contradicts itself or the loops: the %s of '%s' would be %.6g, not %.6g; leave "
+                     "out %s that follow from others",
+                     rates ? "rate" : "value", e->coordinate_names[worst], found[worst], given[worst],
+                     rates ? "rates" : "coordinates");
 }
 
 /* -- deformations in balance ---------------------------------------------------------------------------------- */
@@ -248,7 +408,7 @@ static bool is_out_of_balance(const kempe_simulator *s, double t)
     return balances && other;
 }
 
-static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_model)
+static kempe_simulator_status start_here(kempe_simulator *s, double t, const double *q, const double *qd)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
@@ -269,9 +429,16 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
         part->last[k] = -DBL_MAX;
     hold_arguments(s);
     outcome said = GOOD;
-    if (of_model && e->start_keeps && move_start(s, t))
+    const bool given = are_given(s, q) || are_given(s, qd), moved = e->start_keeps && move_start(s, t);
+    if (given)
+        said = close_given(s, t, q, qd);
+    else if (moved)
         said = close_moved(s, t);
-    if (said == GOOD && of_model && is_out_of_balance(s, t))
+    if (said == GOOD && given &&
+        (check_given(s, q, part->q, false) == KEMPE_SIMULATOR_FAILED ||
+         check_given(s, qd, part->qd, true) == KEMPE_SIMULATOR_FAILED))
+        return KEMPE_SIMULATOR_FAILED;
+    if (said == GOOD && !given && is_out_of_balance(s, t))
         said = balance_start(s, t);
     for (int j = 0; j < e->coordinates; j++)
         part->fixed[j] = 0;
@@ -306,13 +473,13 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     return ended > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
 }
 
-static kempe_simulator_status start_at(kempe_simulator *s, double t, const double *q, const double *qd, bool of_model)
+kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
 {
     s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
-    copy(s->equations->coordinates, q, s->part.q);
-    copy(s->equations->coordinates, qd, s->part.qd);
-    kempe_simulator_status status = start_here(s, t, of_model);
+    copy(s->equations->coordinates, s->equations->start_q, s->part.q);
+    copy(s->equations->coordinates, s->equations->start_qd, s->part.qd);
+    kempe_simulator_status status = start_here(s, t, q, qd);
     if (status == KEMPE_SIMULATOR_FAILED)
         put_back(s, s->part.backup);
     return status;
@@ -320,12 +487,7 @@ static kempe_simulator_status start_at(kempe_simulator *s, double t, const doubl
 
 kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t)
 {
-    return start_at(s, t, s->equations->start_q, s->equations->start_qd, true);
-}
-
-kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
-{
-    return start_at(s, t, q, qd, false);
+    return kempe_simulator_start_from(s, t, NULL, NULL);
 }
 
 static kempe_simulator_status refuse_before_start(kempe_simulator *s)

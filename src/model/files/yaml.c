@@ -45,6 +45,26 @@ static kmp_place place_at(const char *text, size_t length, size_t offset)
     return place;
 }
 
+/* The remedy of an error of the parser; "": none is known. */
+static const char *remedy_of(const char *problem)
+{
+    static const struct {
+        const char *problem, *remedy;
+    } known[] = {{"did not find expected key", "; the keys of one mapping begin in the same column"},
+                 {"tab character", "; lines are indented by blanks"},
+                 {"mapping values are not allowed",
+                  "; keys of one mapping begin in the same column, a blank follows each ':', and texts with ': ' need "
+                  "quotes"},
+                 {"undefined alias", "; an expression that begins with '*' needs quotes"},
+                 {"cannot start any token", "; a text that begins with this character needs quotes"},
+                 {"unexpected end of stream", "; the quote is not closed"},
+                 {"expected ',' or ", "; the bracket is not closed, or a comma is missing"}};
+    for (size_t k = 0; k < sizeof known / sizeof *known; k++)
+        if (strstr(problem, known[k].problem))
+            return known[k].remedy;
+    return "";
+}
+
 static void complain_syntax(loader *l, const yaml_parser_t *parser, const char *text, size_t length)
 {
     if (parser->error == YAML_MEMORY_ERROR) {
@@ -55,10 +75,12 @@ static void complain_syntax(loader *l, const yaml_parser_t *parser, const char *
     kmp_place place = parser->error == YAML_READER_ERROR ? place_at(text, length, parser->problem_offset)
                                                          : place_of(parser->problem_mark);
     if (parser->context)
-        l->status = kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s (%s that begins at line %zu)",
-                                 problem, parser->context, parser->context_mark.line + 1);
+        l->status =
+            kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s (%s that begins at line %zu)%s",
+                         problem, parser->context, parser->context_mark.line + 1, remedy_of(problem));
     else
-        complain(l, place, "YAML: ", problem);
+        l->status =
+            kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s%s", problem, remedy_of(problem));
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */

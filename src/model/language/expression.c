@@ -113,8 +113,9 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
 const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
 {
     kmp_parse_skip_space(p);
-    if (*p->at == '\0')
-        return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends", wanted);
+    if (*p->at == '\0') /* YAML ends a text at a comma within brackets */
+        return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends%s", wanted,
+                                  strstr(wanted, "','") ? "; with a comma it needs quotes inside {..} and [..]" : "");
     int length = (int)kmp_parse_word_length(p->at);
     if (length == 0) /* the bytes of a character, so that a message never cuts one */
         do
@@ -543,7 +544,9 @@ static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
     if (!name)
         return -1;
     if (is_defined(scope, name) || find_local(p, name)) {
-        kmp_parse_complain(p, word, "'%s' is a unit and a name of this model: put the number before it in parentheses",
+        kmp_parse_complain(p, word,
+                           "'%s' is a unit and a name of this model: give the name another one, or, where the name is "
+                           "meant, put the number and its unit in parentheses",
                            name);
         return -1;
     }

@@ -444,6 +444,18 @@ static void check_tensor(kmp_reader *r, const kmp_yaml *node, const kmp_body *bo
                        "its products xy, xz, yz are too large for its moments (no distribution of mass has them)");
 }
 
+/* Keeps a number without a unit, whose size is compared when all points are known. */
+static void keep_bare(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_body *body, bool moment,
+                      double value)
+{
+    if (value == 0 || !kmp_is_bare(r, node))
+        return;
+    const kmp_bare_size size = {node->place, kmp_reader_say(r, "%s", what), (int)(body - r->model->bodies), moment,
+                                value};
+    if (KMP_ARENA_GROW(&r->scratch, r->sizes, r->size_count))
+        r->sizes[r->size_count++] = size;
+}
+
 static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
 {
     const char *what = kmp_reader_say(r, "the inertia of body '%s'", body->name);
@@ -453,10 +465,11 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
     (void)is_as_given(r, node);
     for (int i = 0; i < 6; i++) {
         const kmp_yaml *entry = kmp_yaml_get(node, inertia_keys[i].name);
-        if (entry &&
-            !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i].name, body->name),
-                             kmp_dimension_of(inertia_keys[i].unit), &body->inertia[i]))
+        const char *of = kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i].name, body->name);
+        if (entry && !kmp_read_number(r, entry, of, kmp_dimension_of(inertia_keys[i].unit), &body->inertia[i]))
             good = false;
+        else if (entry && i < 3)
+            keep_bare(r, entry, of, body, true, body->inertia[i].value);
         if (!entry && i < 3) {
             complete = false;
             body->left_out[i] = true;
@@ -496,6 +509,65 @@ static int turned_without_moment(const kempe_model *model, int b)
             return -1;
     }
     return -1;
+}
+
+/* A length this many times as large as the distances of the points of its body is one in mm. A moment in kg mm^2 has a
+ * radius of gyration that is a thousand times too large. */
+#define MUCH_LARGER 100
+/* The least distance that counts as the size of a body, m. */
+#define NO_SIZE 1e-6
+
+/* The largest distance of a point of a body from its origin; of all bodies for -1. */
+static double size_of(const kempe_model *model, int body)
+{
+    double size = 0;
+    for (int k = 0; k < model->point_count; k++) {
+        const kmp_number *at = model->points[k].at;
+        if (body < 0 || model->points[k].body == body)
+            size = fmax(size, hypot(hypot(at[0].value, at[1].value), at[2].value));
+    }
+    return size > NO_SIZE ? size : 0;
+}
+
+/* Gravity of 9810 in a model whose points are metres apart. */
+static void warn_of_gravity(kmp_reader *r)
+{
+    const kmp_yaml *node = kmp_yaml_get(r->root, "gravity");
+    const double size = size_of(r->model, -1);
+    for (int k = 0; node && node->kind == KMP_YAML_LIST && size > 0 && size < 10 && k < node->count && k < 3; k++) {
+        const double g = r->model->gravity[k].value;
+        if (fabs(g) > 9000 && fabs(g) < 10500 && kmp_is_bare(r, node->items[k]))
+            kmp_reader_warn(r, node->items[k]->place,
+                            "gravity is %g without a unit and is taken in m/s^2, a thousand times the gravity of the "
+                            "earth: for mm/s^2 write '%g mm/s^2'",
+                            g, g);
+    }
+}
+
+void kmp_warn_of_sizes(kmp_reader *r)
+{
+    warn_of_gravity(r);
+    for (const kmp_bare_size *x = r->sizes; x < r->sizes + r->size_count; x++) {
+        const double own = size_of(r->model, x->body), size = own > 0 ? own : size_of(r->model, -1),
+                     mass = r->model->bodies[x->body].mass.value,
+                     length = !x->moment ? fabs(x->value)
+                              : mass > 0 ? sqrt(fabs(x->value) / mass)
+                                         : 0;
+        const char *of = own > 0 ? "its body" : "any body";
+        if (size <= 0 || length <= MUCH_LARGER * size)
+            continue;
+        if (x->moment)
+            kmp_reader_warn(
+                r, x->place,
+                "%s is %g without a unit, taken in kg m^2: a radius of gyration of %.3g m with points of %s "
+                "within %.3g m; for mm write '%g kg*mm^2'",
+                x->what, x->value, length, of, size, x->value);
+        else
+            kmp_reader_warn(
+                r, x->place,
+                "%s is %g without a unit, taken in m, with points of %s within %.3g m; for mm write '%g mm'", x->what,
+                x->value, of, size, x->value);
+    }
 }
 
 void kmp_note_moments(kmp_reader *r)
@@ -590,9 +662,11 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
         if (mass && kmp_read_number(r, mass, what, kmp_key_dimension(kmp_body_keys, "mass"), &own->mass) &&
             own->mass.value < 0)
             kmp_reader_complain(r, mass->place, "%s is negative: %.6g", what, own->mass.value);
-        if (com)
-            kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", own->name),
-                            kmp_key_dimension(kmp_body_keys, "com"), own->com);
+        what = kmp_reader_say(r, "the com of body '%s'", own->name);
+        if (com && kmp_read_vector(r, com, what, kmp_key_dimension(kmp_body_keys, "com"), own->com))
+            for (int k = 0; k < 3 && com->kind == KMP_YAML_LIST; k++)
+                keep_bare(r, com->items[k], kmp_reader_say(r, "component %d of %s", k + 1, what), own, false,
+                          own->com[k].value);
         if (inertia)
             read_inertia(r, inertia, own);
         return;

@@ -8,6 +8,10 @@
 /** Warns of bodies that a coordinate turns about an axis whose moment of inertia is left out. */
 void kmp_note_moments(kmp_reader *r);
 
+/** Warns of moments of inertia and centres of mass without units that are too large for the points of the model, as
+ * numbers in kg mm^2 and mm are. */
+void kmp_warn_of_sizes(kmp_reader *r);
+
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body); /* and shapes */
 
 /** Massless motions that the tree shows. KEMPE_E_INPUT: each of them, at the place of its body; KEMPE_E_MEMORY. */

@@ -230,8 +230,22 @@ const char *kmp_read_argument(kmp_reader *r, const char *text, const char *word)
     return kmp_reader_say(r, "%.*s", (int)(length - head - 2), text + head + 1);
 }
 
+static bool is_unknown(const kempe_model *model, const char *name)
+{
+    bool is = false;
+    for (int i = 0; i < model->unknowns_count; i++)
+        is = is || kmp_name_find(kmp_unknown_names(&model->unknowns[i]), name) >= 0;
+    return is;
+}
+
 static void complain_output(kmp_reader *r, const kmp_yaml *node)
 {
+    if (is_unknown(r->model, node->text)) {
+        kmp_reader_complain(r, node->place,
+                            "unknown output '%s'; it is a name of 'algebraic': with sensors: {%s: %s} it is an output",
+                            node->text, node->text, node->text);
+        return;
+    }
     kmp_nearest nearest = kmp_nearest_of(node->text, KMP_NAMES_OF(kmp_output_rows));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, sensor));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));

@@ -27,10 +27,36 @@ static const kmp_key keys[] = {
 
 /* -- samples --------------------------------------------------------------------------------------- */
 
+/* Units in the head of a file: of the times, and of the values, which they give their dimension. */
+static bool check_column_units(const kmp_points *p, kmp_model_input *input)
+{
+    const kmp_yaml *csv = kmp_yaml_get(p->map, "csv");
+    if (!kmp_dimension_fits(p->unit[0].dimension, KMP_DIM_TIME))
+        return kmp_complain_of(p->r, csv, p->what, "the unit of the column of times is not a unit of time");
+    if (!kmp_dimension_fits(p->unit[1].dimension, input->dimension))
+        return kmp_complain_of(p->r, csv, p->what, "the unit of the column of values does not fit 'unit: %s'",
+                               input->unit);
+    if (p->has_unit[1])
+        input->dimension = p->unit[1].dimension;
+    return true;
+}
+
 static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_model_input *input)
 {
-    kmp_points p = {.r = r, .map = map, .what = what, .key = {"t", "value"}, .dimension = KMP_DIM_NUMBER};
-    const kmp_yaml *method = kmp_read_required(r, map, what, "method");
+    kmp_points p = {.r = r,
+                    .map = map,
+                    .what = what,
+                    .key = {"t", "value"},
+                    .dimension = KMP_DIM_NUMBER,
+                    .unit = {{.dimension = KMP_DIM_ANY}, {.dimension = KMP_DIM_ANY}}};
+    const kmp_yaml *method = kmp_yaml_get(map, "method");
+    if (!method) {
+        kmp_text words = {0};
+        kmp_name_list_print(&words, kmp_signal_words, ", ", " or ");
+        kmp_reader_complain(r, map->place, "%s has no key 'method': its samples need %s", what, words.s ? words.s : "");
+        r->scratch.failed = r->scratch.failed || words.failed;
+        kmp_text_free(&words);
+    }
     int word = method ? kmp_read_choice(r, method, what, kmp_signal_words, "the method is") : -1;
     if (word < 0 || !kmp_read_points(&p) || (p.count > 1 && !kmp_points_increase(&p, "times", "sample")))
         return;
@@ -38,7 +64,9 @@ static void read_samples(kmp_reader *r, const kmp_yaml *map, const char *what, k
         kmp_reader_complain(r, map->place, "%s has no samples", what);
         return;
     }
-    for (int k = 0; k < p.count; k++)
+    if (!check_column_units(&p, input))
+        return;
+    for (int k = 0; k < p.count && !p.has_unit[1]; k++)
         p.y[k] *= input->si;
     (void)kmp_signal_init(&input->signal, &r->model->arena, (kmp_signal_method)word, p.count, p.x, p.y);
 }
@@ -115,6 +143,12 @@ static void read_input(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         input->si = unit.factor / unit.divisor;
     } else if (text) {
         kmp_reader_complain(r, node->place, "unit of %s: '%s' is not a unit", what, text);
+    }
+    const kmp_yaml *single = csv || kmp_yaml_get(map, "t") ? NULL : kmp_yaml_get(map, "value");
+    if (single && single->kind == KMP_YAML_SCALAR) {
+        kmp_reader_complain(r, single->place, "%s has a value without times: a constant value is 'default: %s'", what,
+                            single->text);
+        sampled = false;
     }
     if (value)
         (void)kmp_read_quantity(r, value, kmp_reader_say(r, "default of %s", what), input->dimension, input->si,
@@ -331,6 +365,22 @@ static void warn_of_unit(valuation *v, int i)
                 v->r->model->parameters[i].name, set->text, file->text, set->text, unit);
 }
 
+/* A setting has the dimension of the number with a unit that the file has. */
+static void check_setting(valuation *v, int i)
+{
+    kmp_reader *r = v->r;
+    const kmp_yaml *file = v->map->items[i], *set = v->items[i];
+    if (set == file || file->kind != KMP_YAML_SCALAR || v->states[i] != KNOWN)
+        return;
+    const char *name = r->model->parameters[i].name;
+    const kmp_expr *e = kmp_read_constant(r, file, name);
+    const char *what = kmp_reader_say(r, "parameter '%s', which is '%s' in the file", name, file->text);
+    kmp_dimension found;
+    if (e && e->kind == KMP_EXPR_NUMBER && e->unit.kind == KMP_DIMENSION_KNOWN &&
+        !kmp_check_dimension(r, set, what, v->exprs[i], e->unit, &found))
+        v->states[i] = BAD;
+}
+
 void kmp_read_parameters(kmp_reader *r)
 {
     kmp_section section = kmp_read_section(r, "parameters", "parameter");
@@ -357,6 +407,7 @@ void kmp_read_parameters(kmp_reader *r)
                 return;
         }
     for (int i = 0; i < v.map->count; i++) {
+        check_setting(&v, i);
         warn_of_unit(&v, i);
         r->parameter_known[i] = v.states[i] == KNOWN;
         if (v.states[i] != KNOWN)

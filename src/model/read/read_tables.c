@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/data/model.h"
+#include "model/files/csv_reader.h"
 #include "model/files/element_library.h"
 #include "model/language/expression.h"
 #include "model/read/read_include.h"
@@ -62,116 +63,92 @@ static bool read_lists(points *p)
 typedef struct sheet {
     points *p;
     const kmp_yaml *column[2]; /* the names of both */
-    int index[2];              /* their columns */
+    int index[2];              /* their columns; -1: there is none */
     int file;
-    int width; /* columns of the header */
 } sheet;
 
-/* The k-th field of a line, without spaces around it; NULL when there are fewer. */
-static const char *field_of(const char *line, int k, size_t *length)
+/* Finds a column by its name, with or without its unit. False: no memory. */
+static bool find_column(kmp_csv *csv, sheet *s, int c, const char *header)
 {
-    for (; k > 0; k--) {
-        line += strcspn(line, ",\n");
-        if (*line != ',')
-            return NULL;
-        line++;
+    kmp_reader *r = s->p->r;
+    const char *wanted = s->column[c]->text, *file = r->model->source.files[s->file];
+    kmp_nearest nearest = kmp_nearest_begin(wanted);
+    kmp_text names = {0};
+    s->index[c] = -1;
+    for (int k = 0; header; k++) {
+        const char *at = header, *again = header;
+        const kmp_csv_field whole = kmp_csv_next(&header), name = kmp_csv_name(&again);
+        kmp_nearest_offer(&nearest, kmp_reader_say(r, "%.*s", (int)name.length, name.s));
+        kmp_text_printf(&names, "%s%.*s", k > 0 ? ", " : "", (int)name.length, name.s);
+        if (!kmp_csv_is(name, wanted) && !kmp_csv_is(whole, wanted))
+            continue;
+        if (s->index[c] >= 0)
+            kmp_reader_complain(r, s->column[c]->place, "%s: line %d of '%s' has two columns '%s'", s->p->what,
+                                csv->line, file, wanted);
+        else if (!kmp_csv_has_unit(csv, k, at, &s->p->has_unit[c]))
+            r->wrong = true;
+        s->index[c] = k;
+        s->p->unit[c] = csv->unit[k];
     }
-    line += strspn(line, " \t\"");
-    *length = strcspn(line, ",\n");
-    while (*length > 0 && strchr(" \t\r\"", line[*length - 1]))
-        --*length;
-    return line;
-}
-
-static bool is_comment(const char *line)
-{
-    line += strspn(line, " \t\r");
-    return *line == '#' || *line == '\n' || *line == '\0';
-}
-
-static int count_fields(const char *line)
-{
-    int count = 1;
-    for (; *line && *line != '\n'; line++)
-        count += *line == ',';
-    return count;
-}
-
-static bool find_columns(sheet *s, const char *header, int line)
-{
-    bool good = true;
-    for (int c = 0; c < 2; c++) {
-        const char *field, *wanted = s->column[c]->text;
-        size_t length = 0;
-        kmp_nearest nearest = kmp_nearest_begin(wanted);
-        s->index[c] = -1;
-        for (int k = 0; (field = field_of(header, k, &length)); k++) {
-            kmp_nearest_offer(&nearest, kmp_reader_say(s->p->r, "%.*s", (int)length, field));
-            if (strlen(wanted) != length || strncmp(field, wanted, length) != 0)
-                continue;
-            if (s->index[c] >= 0)
-                good = kmp_reader_complain(s->p->r, s->column[c]->place, "%s: line %d of '%s' has two columns '%s'",
-                                           s->p->what, line, s->p->r->model->source.files[s->file], wanted);
-            s->index[c] = k;
-        }
-        good = good && s->index[c] >= 0;
-        if (s->index[c] < 0)
-            kmp_reader_complain_near(s->p->r, s->column[c]->place, &nearest, "%s: line %d of '%s' has no column '%s'",
-                                     s->p->what, line, s->p->r->model->source.files[s->file], wanted);
-    }
+    if (s->index[c] < 0 && nearest.best)
+        kmp_reader_complain_near(r, s->column[c]->place, &nearest, "%s: line %d of '%s' has no column '%s'", s->p->what,
+                                 csv->line, file, wanted);
+    else if (s->index[c] < 0)
+        kmp_reader_complain(r, s->column[c]->place, "%s: line %d of '%s' has no column '%s': its columns are %s",
+                            s->p->what, csv->line, file, wanted, names.s ? names.s : "none");
+    const bool good = !names.failed;
+    kmp_text_free(&names);
     return good;
 }
 
-static bool read_cell(sheet *s, const char *line, int number, int column, double *value)
+static bool take_header(kmp_csv *csv, const char *line)
 {
-    size_t length = 0;
-    const char *field = field_of(line, column, &length);
-    kmp_place place = {.line = number, .column = field ? (int)(field - line) + 1 : 1, .file = s->file};
-    bool negative = field && length > 0 && *field == '-';
-    size_t sign = field && length > 0 && (*field == '-' || *field == '+');
-    size_t taken = field ? kmp_text_to_number(field + sign, value) : 0;
-    if (field && taken > 0 && taken + sign == length) {
-        *value = negative ? -*value : *value;
-        return true;
-    }
-    if (field)
-        kmp_reader_complain(s->p->r, place, "a number is expected here, not '%.*s'", (int)length, field);
-    else
-        kmp_reader_complain(s->p->r, place, "column %d is missing in this line", column + 1);
-    return false;
+    sheet *s = csv->user;
+    return find_column(csv, s, 0, line) && find_column(csv, s, 1, line);
 }
 
-static bool read_sheet(sheet *s, const char *text)
+static bool take_row(kmp_csv *csv, const char *line)
 {
+    sheet *s = csv->user;
     points *p = s->p;
-    bool header = true, good = true;
+    double value[2] = {0, 0};
+    const int cells = kmp_csv_count(line);
+    if (s->index[0] < 0 || s->index[1] < 0)
+        return true;
+    /* Cells beyond the header shift a column, as decimal commas do. */
+    if (cells > csv->columns)
+        kmp_csv_complain(csv, line, "%d cells where the header has %d column%s", cells, csv->columns,
+                         csv->columns == 1 ? "" : "s");
+    for (int c = 0; c < 2; c++) {
+        const char *rest = line;
+        kmp_csv_field field = {line, 0};
+        for (int k = 0; k <= s->index[c] && rest; k++)
+            field = kmp_csv_next(&rest);
+        if (s->index[c] >= cells)
+            kmp_csv_complain(csv, line, "column %d is missing in this line", s->index[c] + 1);
+        else if (!kmp_csv_number(csv, s->index[c], field, &value[c]))
+            kmp_csv_complain(csv, field.s, "a number is expected here, not '%.*s'", (int)field.length, field.s);
+    }
+    p->x[p->count] = value[0];
+    p->y[p->count] = value[1];
+    p->place[p->count++] = (kmp_place){.line = csv->line, .column = 1, .file = s->file};
+    return true;
+}
+
+static bool read_sheet(sheet *s, const char *path, char *text, size_t length)
+{
+    static const kmp_csv_form form = {"the header line is missing; it has the names of the columns", NULL, take_header,
+                                      take_row, .foreign = true};
+    kmp_reader *r = s->p->r;
     int lines = 1;
     for (const char *at = text; *at; at++)
         lines += *at == '\n';
-    if (!make_room(p, lines))
+    if (!make_room(s->p, lines))
         return false;
-    text += strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* the mark of UTF-8 */
-    for (int line = 1; *text; line++) {
-        if (!is_comment(text) && header) {
-            header = false;
-            s->width = count_fields(text);
-            if (!find_columns(s, text, line))
-                return false;
-        } else if (!is_comment(text)) {
-            /* Cells beyond the header shift a column, as decimal commas do. */
-            const kmp_place place = {.line = line, .column = 1, .file = s->file};
-            const int cells = count_fields(text);
-            if (cells > s->width)
-                good = kmp_reader_complain(p->r, place, "%d cells where the header has %d column%s", cells, s->width,
-                                           s->width == 1 ? "" : "s");
-            bool x = read_cell(s, text, line, s->index[0], &p->x[p->count]);
-            good = read_cell(s, text, line, s->index[1], &p->y[p->count]) && x && good;
-            p->place[p->count++] = place;
-        }
-        text += strcspn(text, "\n");
-        text += *text == '\n';
-    }
-    return good;
+    const kempe_status status = kmp_csv_read_text(r->context, path, text, length, &form, s);
+    r->wrong = r->wrong || status != KEMPE_OK;
+    r->scratch.failed = r->scratch.failed || status == KEMPE_E_MEMORY;
+    return status == KEMPE_OK && s->index[0] >= 0 && s->index[1] >= 0;
 }
 
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
@@ -215,7 +192,7 @@ static bool read_csv(points *p)
     const char *path = kmp_path_beside(p->r, csv->place.file, csv->text);
     s.file = kmp_reader_add_file(p->r, path);
     char *text = s.file < 0 ? NULL : kmp_read_file(p->r, KMP_FILE_POINTS, csv, p->what, path, &length);
-    good = text && read_sheet(&s, text);
+    good = text && read_sheet(&s, path, text, length);
     kmp_free(text);
     return good;
 }
@@ -232,7 +209,7 @@ bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const ch
         return kmp_complain_of(
             r, node, p->what,
             "a unit applies to the columns of a CSV file; numbers of the model file have their own units");
-    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, dimension)))
+    if (word && (!kmp_unit_read(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, dimension)))
         return kmp_complain_of(r, node, p->what, "the unit must be %s, not '%s'", so, word);
     return word;
 }
@@ -424,7 +401,9 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     }
     if (!kmp_points_increase(&p, "x", "point"))
         return;
-    for (int k = 0; k < p.count; k++)
+    if (p.has_unit[1] && !kmp_dimension_fits(p.unit[1].dimension, unit.dimension))
+        kmp_complain_of(r, kmp_yaml_get(map, "unit"), p.what, "the unit in the head of its column is of another kind");
+    for (int k = 0; k < p.count && !p.has_unit[1]; k++)
         p.y[k] = p.y[k] * unit.factor / unit.divisor;
     table->table = kmp_table_new(method, p.count, p.x, p.y);
     if (!table->table)

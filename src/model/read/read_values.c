@@ -136,7 +136,7 @@ static int find_unknown(void *user, const char *name, const kmp_unknowns **unkno
     return -1;
 }
 
-static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *sentence)
+static void suggest_parameter(kmp_reader *r, const char *name, kmp_text *sentence)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
@@ -145,7 +145,13 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
     for (int i = 0; i < r->model->unknowns_count; i++)
         kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));
-    if (!nearest.best && find_joint(r->model, name))
+    if (kmp_yaml_get(kmp_yaml_get(r->root, "sensors"), kmp_reader_name(r, r->scope, name)))
+        kmp_text_printf(
+            sentence,
+            "; '%s' is a sensor, and only outputs have sensors: as an entry of 'algebraic' every expression "
+            "may have it",
+            name);
+    else if (!nearest.best && find_joint(r->model, name))
         kmp_text_printf(sentence, "; the coordinate of joint '%s' is q(%s)", name, name);
     else
         kmp_nearest_suggest(&nearest, sentence);
@@ -380,6 +386,12 @@ static bool is_bare(const kmp_reader *r, const kmp_expr *expr)
         return p->dimension.kind == KMP_DIMENSION_BARE && !p->number.expr;
     const kmp_expr *literal = expr->kind == KMP_EXPR_NEG ? expr->a : expr;
     return literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE;
+}
+
+bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node)
+{
+    const kmp_expr *expr = node->kind == KMP_YAML_SCALAR && !node->empty ? kmp_read_constant(r, node, "") : NULL;
+    return expr && is_bare(r, expr);
 }
 
 void kmp_warn_of_turns(kmp_reader *r)
@@ -635,6 +647,15 @@ int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name
     return point;
 }
 
+/* A text without a point. Only joints take a body for its origin. */
+static void complain_form(kmp_reader *r, kmp_place place, const char *text, const char *what)
+{
+    const bool body = strcmp(text, "ground") == 0 || find_body(r, kmp_reader_body_name(r, place.file, text)) >= 0;
+    kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'%s%s%s", what, text,
+                        body ? "; its origin is a point where 'points' of '" : "", body ? text : "",
+                        body ? "' lists one, as O: [0, 0, 0]" : "");
+}
+
 int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const char *what)
 {
     const char *rest;
@@ -645,7 +666,7 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     }
     const char *dot = strchr(text, '.');
     if (!dot || dot == text || !dot[1]) {
-        kmp_reader_complain(r, place, "%s: a point is written BODY.POINT, not '%s'", what, text);
+        complain_form(r, place, text, what);
         return -1;
     }
     size_t length = (size_t)(dot - text);

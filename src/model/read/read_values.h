@@ -10,6 +10,9 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
 /** Warns of angles without a unit of more than a turn, where other numbers of the model are in degrees. */
 void kmp_warn_of_turns(kmp_reader *r);
 
+/** True for a number without a unit, or a parameter whose value is one. */
+bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node);
+
 bool kmp_read_vector(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, kmp_number vector[3]);
 
 /** Three numbers: a list of them, or one for all. */

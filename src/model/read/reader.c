@@ -180,6 +180,7 @@ static void read_parts(kmp_reader *r)
     kmp_settle_parameters(r);
     kmp_settle_inputs(r);
     kmp_warn_of_turns(r);
+    kmp_warn_of_sizes(r);
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */
@@ -297,14 +298,36 @@ static bool are_settings(const kempe_setting *list, int count)
     return all;
 }
 
+/* Adds the model of that name, with its own ending, to the message of a file that does not exist. */
+static kempe_status suggest_file(kempe_context *context, const char *path)
+{
+    static const char *const endings[] = {".yaml", ".urdf", ".mjcf", ".sdf", ".mbs"};
+    const char *dot = strrchr(kmp_path_name(path), '.');
+    const int stem = dot ? (int)(dot - path) : (int)strlen(path);
+    char near[KMP_PATH_MOST], why[KMP_PATH_MOST];
+    for (size_t k = 0; k < 2 * (sizeof endings / sizeof *endings); k++) {
+        const int length =
+            snprintf(near, sizeof near, "%.*s%s", k % 2 == 0 ? (int)strlen(path) : stem, path, endings[k / 2]);
+        if (length < 0 || length >= (int)sizeof near || !kmp_path_exists(near))
+            continue;
+        (void)snprintf(why, sizeof why, "%s", kempe_context_message(context));
+        kmp_context_clear(context);
+        return kmp_fail(context, KEMPE_E_IO, "%s; did you mean '%s'?", why, near);
+    }
+    return KEMPE_E_IO;
+}
+
 kempe_status kmp_model_read_as(kempe_context *context, const char *path, const kempe_setting *list, int count,
                                const char *bodies_as, kempe_model **model)
 {
     char *text;
     size_t length;
-    KMP_TRY(kmp_is_element(path) ? kmp_element_read(context, path, &text, &length)
-                                 : kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
-    kempe_status status = read_model(context, text, length, path, list, count, bodies_as, model);
+    kempe_status status = kmp_is_element(path) ? kmp_element_read(context, path, &text, &length)
+                                               : kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length);
+    if (status == KEMPE_E_IO && !kmp_is_element(path) && !kmp_path_exists(path))
+        return suggest_file(context, path);
+    KMP_TRY(status);
+    status = read_model(context, text, length, path, list, count, bodies_as, model);
     if (status == KEMPE_OK)
         (*model)->source.from_file = true;
     kmp_free(text);

@@ -50,6 +50,15 @@ typedef struct kmp_turns {
     double value;
 } kmp_turns;
 
+/** A moment of inertia, or a component of a centre of mass, without a unit. */
+typedef struct kmp_bare_size {
+    kmp_place place;
+    const char *what;
+    int body;
+    bool moment;
+    double value;
+} kmp_bare_size;
+
 typedef struct kmp_reader {
     kempe_context *context;
     kempe_model *model;
@@ -87,6 +96,8 @@ typedef struct kmp_reader {
     kmp_dimension *parameter_dimensions;
     kmp_turns *turns;
     int turn_count;
+    kmp_bare_size *sizes;
+    int size_count;
 } kmp_reader;
 
 /* -- joints between bodies (read_linkage.c) ---------------------------------------------------------- */
@@ -230,6 +241,8 @@ typedef struct kmp_points {
     int count;
     double *x, *y; /* of the first key and of the second one; in scratch memory */
     kmp_place *place;
+    bool has_unit[2]; /* the columns have units in their file, and the numbers are in SI */
+    kmp_unit unit[2]; /* the units of the columns; without one its dimension fits any */
 } kmp_points;
 
 /* -- shapes (read_mass.c), after points ------------------------------------------------------ */

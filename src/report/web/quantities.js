@@ -60,7 +60,7 @@ function tornadoOf(quantity, number) {
 }
 
 function wordsOfQuantity(quantity, tornado) {
-    const parts = [`mean ${digits(quantity.mean.value)} (${digits(quantity.mean.low)} to ${digits(quantity.mean.high)})`, `standard deviation ${digits(quantity.deviation.value)}`];
+    const parts = [`mean ${digits(quantity.mean.value)}` + (isNumber(quantity.mean.low) ? ` (${digits(quantity.mean.low)} to ${digits(quantity.mean.high)})` : ""), `standard deviation ${digits(quantity.deviation.value)}`];
     const [low, high] = [0.05, 0.95].map((part) => quantity.quantiles.find((q) => q.part === part).value);
     parts.push(`5 to 95 %: ${digits(low)} to ${digits(high)}`);
     if (tornado) parts.push(quantity.groups > 0 ? "bars: Sobol's total index, its dark part of first order" : `bars: standardised regression coefficients, ${(100 * quantity.explained).toPrecision(3)} % of the variance`);

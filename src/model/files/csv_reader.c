@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "output/csv_reader.h"
+#include "model/files/csv_reader.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/language/dimension.h"
@@ -36,7 +36,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-static int count_fields(const char *line)
+int kmp_csv_count(const char *line)
 {
     int count = 1;
     for (const char *s = line; *s; s++)
@@ -55,6 +55,10 @@ kmp_csv_field kmp_csv_next(const char **s)
     }
     while (f.length > 0 && is_blank(f.s[f.length - 1]))
         f.length--;
+    if (f.length > 1 && f.s[0] == '"' && f.s[f.length - 1] == '"') {
+        f.s++;
+        f.length -= 2;
+    }
     return f;
 }
 
@@ -97,7 +101,7 @@ bool kmp_csv_number(const kmp_csv *csv, int column, kmp_csv_field field, double 
 
 void kmp_csv_check_row(kmp_csv *csv, const char *line)
 {
-    int count = count_fields(line);
+    int count = kmp_csv_count(line);
     if (count != csv->columns)
         kmp_csv_complain(csv, line, "%d field%s where the header has %d column%s", count, count == 1 ? "" : "s",
                          csv->columns, csv->columns == 1 ? "" : "s");
@@ -119,6 +123,11 @@ static kmp_csv_field next_or_empty(const char **s)
     return *s ? kmp_csv_next(s) : (kmp_csv_field){"", 0};
 }
 
+static void complain_unit(kmp_csv *csv, const char *at, int column, kmp_csv_field unit)
+{
+    kmp_csv_complain(csv, at, "column %d: unknown unit '%.*s'", column + 1, (int)unit.length, unit.s);
+}
+
 /* Reads the units of the columns, before the header is handed on. False: no memory. */
 static bool read_units(kmp_csv *csv, const char *header)
 {
@@ -132,10 +141,25 @@ static bool read_units(kmp_csv *csv, const char *header)
         f = own.length > 0 ? own : f;
         f.length = kmp_csv_is(f, "SI") ? 0 : f.length; /* of an unknown unit */
         csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY, 0};
-        if (f.length > 0 && !kmp_unit_read(f.s, f.length, &csv->unit[k]))
-            kmp_csv_complain(csv, csv->line_text, "column %d: unknown unit '%.*s'", k + 1, (int)f.length, f.s);
+        if (f.length == 0 || kmp_unit_read(f.s, f.length, &csv->unit[k]))
+            continue;
+        csv->unit[k].divisor = 0;
+        if (!csv->form->foreign)
+            complain_unit(csv, csv->line_text, k, f);
     }
     return true;
+}
+
+bool kmp_csv_has_unit(kmp_csv *csv, int column, const char *at, bool *given)
+{
+    const kmp_unit *unit = &csv->unit[column];
+    *given = unit->dimension.kind != KMP_DIMENSION_FREE;
+    if (unit->divisor != 0)
+        return true;
+    kmp_csv_field own = {at, strlen(at)};
+    (void)split_unit(kmp_csv_next(&at), &own);
+    complain_unit(csv, own.s, column, own);
+    return false;
 }
 
 void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si)
@@ -160,6 +184,8 @@ static bool check_names(kmp_csv *csv, const char *header)
 {
     kmp_csv_field *names = KMP_ARENA_NEW(&csv->arena, kmp_csv_field, csv->columns);
     int count = 0;
+    if (csv->form->foreign)
+        return names;
     for (const char *s = header; names && s;)
         names[count++] = kmp_csv_name(&s);
     if (names)
@@ -192,8 +218,15 @@ static bool read_lines(kmp_csv *csv, char *text, size_t length)
             first++;
         if (*first == '#' || *first == '\0')
             continue;
+        if (header && kmp_csv_count(line) == 1 && strpbrk(first, ";\t")) {
+            kmp_csv_complain(csv, strpbrk(first, ";\t"),
+                             "%s stands between the columns: a comma is expected there, and a point in numbers",
+                             strpbrk(first, ";\t")[0] == ';' ? "a semicolon" : "a tab");
+            csv->columns = 1;
+            return true;
+        }
         if (header) {
-            csv->columns = count_fields(line);
+            csv->columns = kmp_csv_count(line);
             if (!check_names(csv, line) || !read_units(csv, line) || !csv->form->header(csv, line))
                 return false;
             if (csv->complaints > 0)
@@ -213,14 +246,21 @@ static bool read_lines(kmp_csv *csv, char *text, size_t length)
     return true;
 }
 
-kempe_status kmp_csv_read(kempe_context *context, const char *path, const kmp_csv_form *form, void *user)
+kempe_status kmp_csv_read_text(kempe_context *context, const char *path, char *text, size_t length,
+                               const kmp_csv_form *form, void *user)
 {
     kmp_csv csv = {.context = context, .path = path, .form = form, .user = user};
+    const bool ok = read_lines(&csv, text, length);
+    kmp_arena_free(&csv.arena);
+    return !ok ? kmp_fail_memory(context) : csv.complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
+}
+
+kempe_status kmp_csv_read(kempe_context *context, const char *path, const kmp_csv_form *form, void *user)
+{
     char *text;
     size_t length;
     KMP_TRY(kmp_file_read(context, KMP_FILE_TABLE, path, &text, &length));
-    bool ok = read_lines(&csv, text, length);
+    const kempe_status status = kmp_csv_read_text(context, path, text, length, form, user);
     kmp_free(text);
-    kmp_arena_free(&csv.arena);
-    return !ok ? kmp_fail_memory(context) : csv.complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;
+    return status;
 }
