@@ -26,11 +26,18 @@ enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another o
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
+/* True if the value of condition k is to be told. */
+static bool is_to_tell(const kmp_event_tracker *c, int k, double change)
+{
+    return kmp_condition_tells(&c->s->events.condition[k], change, c->past[k].largest);
+}
+
+/* Notes that a table is left, or a level negative, at one of the places that have been evaluated, or forgets it: it
+ * need not be found. */
 static void note_outside(kmp_event_tracker *c, const double *change)
 {
     for (int k = 0; c->tells && k < c->s->events.count; k++)
-        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
+        c->past[k].outside = change && (c->past[k].outside || is_to_tell(c, k, change[k]));
 }
 
 /* Completes the state at t and evaluates the conditions there, into a probe. */
@@ -85,34 +92,44 @@ static void note_peak(kmp_event_tracker *c, int k, double t, double size)
     v->count = v->count > 0 ? 2 : 1;
 }
 
-/* True if the table of condition k has been reported, at either of its ends and calls. */
+/* True if what condition k tells has been reported: of a table at either of its ends and calls, of a friction by any of
+ * its levels. */
 static bool is_told(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = c->s->events.condition;
     for (int i = 0; i < c->s->events.count; i++)
-        if (c->past[i].told && condition[i].expr->table == condition[k].expr->table)
+        if (c->past[i].told && kmp_conditions_tell_the_same(&condition[i], &condition[k]))
             return true;
     return false;
 }
 
-/* Reports the tables that the motion has left by an evaluation at t. */
+static void log_table(const kmp_event_tracker *c, const kmp_condition *condition, double value, double t)
+{
+    double x;
+    if (condition->told != KMP_TOLD_TABLE)
+        return;
+    const kmp_named_table *table = condition->expr->table;
+    const int end = kmp_told_end(condition, value, &x);
+    kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
+                    table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1));
+}
+
+/* Reports the tables that the motion has left, and the levels that are negative, by an evaluation at t. */
 static void event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
 {
-    for (int k = 0; k < c->s->events.count; k++) {
+    for (int k = 0; c->tells && k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
-        if (!condition->told || !(change[k] < 0))
+        if (condition->told == KMP_TOLD_LEVEL)
+            c->past[k].largest = fmax(c->past[k].largest, fabs(change[k]));
+        if (!is_to_tell(c, k, change[k]))
             continue;
         atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
-        if (is_told(c, k))
-            continue;
-        const kmp_named_table *table = condition->expr->table;
-        const int end = condition->number - kmp_table_end_number(table, 0);
-        const double first = kmp_table_end(table, end - end % 2), last = kmp_table_end(table, end - end % 2 + 1);
-        const double x = end % 2 ? last - change[k] : first + change[k];
+        const bool told = is_told(c, k);
         c->past[k].told = true;
-        kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
-                        table->name, x, first, last);
-        kmp_doubt_table(c->s->context, table, end, x, t);
+        if (told)
+            continue;
+        log_table(c, condition, change[k], t);
+        kmp_doubt_condition(c->s->context, condition, change[k], t);
     }
 }
 
@@ -210,16 +227,25 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
     run_bounds(c, few);
 }
 
+/* A motion that passes the value zero of what condition k tells by less does not pass it. */
+static double told_slack(const kmp_event_tracker *c, int k)
+{
+    const kmp_condition *condition = &c->s->events.condition[k];
+    if (condition->told == KMP_TOLD_LEVEL)
+        return KMP_LEVEL_ROUNDING * c->past[k].largest;
+    const kmp_named_table *table = condition->expr->table;
+    const int end = condition->number - kmp_table_end_number(table, 0);
+    return AT_END * (kmp_table_end(table, end | 1) - kmp_table_end(table, end & ~1));
+}
+
 static kmp_bound bound_of(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
     const kmp_condition *condition = &c->s->events.condition[k];
     kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
-    if (!condition->told)
+    if (condition->told == KMP_TOLD_NOTHING)
         return bound;
-    const int end = condition->number - kmp_table_end_number(condition->expr->table, 0);
-    const double slack =
-        AT_END * (kmp_table_end(condition->expr->table, end | 1) - kmp_table_end(condition->expr->table, end & ~1));
+    const double slack = told_slack(c, k);
     bound.low += slack;
     bound.high += slack;
     return c->past[k].told || c->past[k].outside ? kmp_bound_still(1) : bound;
@@ -618,12 +644,12 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     for (int k = 0; c->kind && k < count; k++) {
         const kmp_condition *x = &system->events.condition[k];
         c->kind[k] = x->role == KMP_ROLE_SENSE || x->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES
+                     : x->told != KMP_TOLD_NOTHING                         ? KMP_CONDITION_TOLD
                      : x->role != KMP_ROLE_NONE                            ? KMP_CONDITION_NUMBER
-                     : x->told                                             ? KMP_CONDITION_TOLD
                      : x->kink                                             ? KMP_CONDITION_KINK
                      : x->ends                                             ? KMP_CONDITION_ENDS
                                                                            : KMP_CONDITION_SWITCHES;
-        c->tells = c->tells || x->told;
+        c->tells = c->tells || x->told != KMP_TOLD_NOTHING;
     }
     c->size = KMP_ARENA_NEW(a, double, count);
     for (int k = 0; c->size && k < count; k++)

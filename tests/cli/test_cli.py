@@ -2511,13 +2511,19 @@ class Resume(Case):
         self.assertIn("before the checkpoint: do not trust the motion", done.stderr)
 
     def test_a_negative_level_of_friction(self):
-        """The first row after the zero of the level, of a number and of the load of a joint, is named; a level that only touches zero is none."""
+        """A time after the zero of the level, of a number and of the load of a joint, is named with the level there; a level that only touches zero is none.
+
+        Without rows between, in a dip within a step, and in units, it is named, too."""
         model = ("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {{a: {{joint: {{name: X, prismatic: x, at: ground}}, mass: 1}}}}\n"
                  "forces: {{f: {{joint: X, friction: {{{}}}}}}}\nstart: {{qd: {{X: 4}}}}\nrun: {{t_end: 2, output_step: 0.01, outputs: [q]}}\n")
-        for law, right in (('force: "0.5*cos(4*t)"', -0.5 * math.cos(1.6 - math.pi)), ('mu: "0.05*cos(4*t)"', -0.05 * 9.81 * math.cos(1.6 - math.pi))):
-            said = self.expect(5, "simulate", self.model(model.format(law))).stderr
-            self.assertAlmostEqual(float(re.search(r"friction 'f' has the level (\S+) at t = 0.4 s, which must not be negative", said)[1]), right, 5)
-        self.assertEqual(self.expect(0, "simulate", self.model(model.format('force: "0.5*(1 - cos(4*t))"'))).stderr, "")
+        for law, right, to in (('force: "0.5*cos(4*t)"', lambda t: 0.5 * math.cos(4 * t), 0.5), ('mu: "0.05*cos(4*t)"', lambda t: 0.05 * 9.81 * math.cos(4 * t), 0.5),
+                               ('force: "0.5*(sin(0.3*t) - 0.28)^2 - 1e-5"', lambda t: 0.5 * (math.sin(0.3 * t) - 0.28)**2 - 1e-5, 1)):
+            for more in (), ("--output-step", "2"), ("--formulation", "dae", "--integrator", "ida"):
+                found = re.search(r"friction 'f' has the level (\S+) at t = (\S+) s, which must not be negative", self.expect(5, "simulate", self.model(model.format(law)), *more).stderr)
+                self.assertAlmostEqual(float(found[1]), right(float(found[2])), delta=2e-4 * abs(right(float(found[2]))) + 1e-6)
+                self.assertTrue(right(float(found[2])) < 0 and float(found[2]) < to, found[0])
+        for law in 'force: "0.5*(1 - cos(4*t))"', 'force: "0.5*abs(sin(4*t))"', 'force: "0.5*sin(4*t)^2*qd(X)^2"':
+            self.assertEqual(self.expect(0, "simulate", self.model(model.format(law))).stderr, "", law)
 
     def test_friction_by_a_load_that_is_not_unique(self):
         """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""

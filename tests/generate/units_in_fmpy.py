@@ -701,22 +701,34 @@ bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
 forces: {f: {joint: X, force: f(t)}}
 run: {t_end: 1}
 """
+PUSHES = """kempe: 1
+inputs: {level: {default: 0.1, unit: N}}
+bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
+forces: {rub: {joint: X, friction: {force: level}}}
+start: {qd: {X: 1}}
+run: {t_end: 1}
+"""
 
 
 def check_doubts(kempe, folder, has_library):
-    """A unit warns, once, that its motion leaves a table, in which a run is not to be trusted."""
+    """A unit warns, once, that its motion leaves a table, or that an input makes friction push: a run is then not to be trusted."""
     (folder / "leaves.yaml").write_text(LEAVES)
+    (folder / "pushes.yaml").write_text(PUSHES)
     for fmi in (2, 3):
         for options in ((), ("--binary",))[:1 + has_library]:
-            file = folder / f"leaves{fmi}{len(options)}.fmu"
-            subprocess.run([kempe, "fmu", folder / "leaves.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
-                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
-            unit = Unit(fmi, file, folder / file.stem)
-            instance = unit.started("cs")
-            for k in range(4):
-                instance.doStep(0.1 * k, 0.1)
-            check(len([line for line in unit.said if "beyond" in line]) == 1, file.name, "does not say that a table is left", unit.said)
-            instance.freeInstance()
+            for model in "leaves", "pushes":
+                file = folder / f"{model}{fmi}{len(options)}.fmu"
+                subprocess.run([kempe, "fmu", folder / f"{model}.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                                *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+                unit = Unit(fmi, file, folder / file.stem)
+                instance = unit.started("cs")
+                for k in range(4):
+                    if model == "pushes":
+                        unit.set(instance, [unit.reference["level"]], [-0.3 if k == 2 else 0.1])
+                    instance.doStep(0.1 * k, 0.1)
+                    told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
+                    check(len(told) == (model == "leaves" or k >= 2), file.name, "does not say once why it is not to be trusted", k, unit.said)
+                instance.freeInstance()
 
 
 def check_model(kempe, folder, model, end):

@@ -443,8 +443,12 @@ static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, km
         return;
     for (int end = 2 * variable; end < 2 * variable + 2; end++) {
         int number = kmp_table_end_number(e->table, end);
-        const kmp_condition condition = {
-            .of = e, .number = number, .expr = e, .ends = ends, .told = !ends, .advice = ends ? advice : NULL};
+        const kmp_condition condition = {.of = e,
+                                         .number = number,
+                                         .expr = e,
+                                         .ends = ends,
+                                         .told = ends ? KMP_TOLD_NOTHING : KMP_TOLD_TABLE,
+                                         .advice = ends ? advice : NULL};
         if (kmp_events_find(tree->conditions.events, e, number) < 0 &&
             kmp_events_add(tree->conditions.events, condition) < 0)
             kmp_graph_fail(tree->graph);

@@ -354,16 +354,26 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
 
 static int kind_of(const kmp_condition *c)
 {
+    if (c->told != KMP_TOLD_NOTHING)
+        return KEMPE_CONDITION_TOLD;
     if (c->role != KMP_ROLE_NONE)
         return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
-    if (c->told)
-        return KEMPE_CONDITION_TOLD;
     return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
+}
+
+/* The consequence of a condition that is told. */
+static const char *consequence_of(const kmp_condition *c)
+{
+    static const char *const words[KMP_TOLD_END] = {
+        [KMP_TOLD_TABLE] = "the table goes straight on there", [KMP_TOLD_LEVEL] = "it would push"};
+    return words[c->told];
 }
 
 /* The event of an element of friction or of a contact. */
 static const char *event_of(const kmp_condition *c)
 {
+    if (c->told == KMP_TOLD_LEVEL)
+        return ": its level is negative";
     if (c->role != KMP_ROLE_SENSE && c->role != KMP_ROLE_HELD)
         return "";
     if (((const kmp_force *)c->of)->kind == KMP_FORCE_TOUCH)
@@ -382,7 +392,8 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         const kmp_condition *c = &events->condition[k];
         const char *text = kmp_system_event_text(system, c);
         x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
-        x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
+        const char *advice = c->told != KMP_TOLD_NOTHING ? consequence_of(c) : c->advice;
+        x->advice[k] = kmp_arena_strdup(&source->arena, advice ? advice : "");
         x->condition_kind[k] = kind_of(c);
         x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);
     }

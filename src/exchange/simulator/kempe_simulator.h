@@ -30,7 +30,8 @@ enum {
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
     KEMPE_CONDITION_PASSES, /* of friction and contacts: that it holds is an event, at which modes are decided again */
     KEMPE_CONDITION_NUMBER, /* of these: a number for the decisions; its mode is an input of them */
-    KEMPE_CONDITION_TOLD    /* a table is used beyond its points: the message reports this, the motion continues */
+    KEMPE_CONDITION_TOLD /* a table is used beyond its points, or a level of friction is negative: the message reports
+                          * this, the motion continues */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
@@ -215,7 +216,8 @@ typedef struct kempe_equations {
     int kept; /* values of k */
     const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
     const char *const *condition_names, *const *output_names;
-    const char *const *advice;        /* conditions: if it ends the motion, the remedy; may be NULL */
+    const char *const
+        *advice; /* conditions: if it ends the motion, the remedy; if it is told, the consequence; may be NULL */
     const int *coordinate_kind;       /* n */
     const int *condition_kind;        /* conditions */
     const double *scale;              /* n: size of a coordinate */
