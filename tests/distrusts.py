@@ -70,6 +70,10 @@ run: {t_end: 2}
     "soft": BEAM.format(g=-9.81, joint="{weld: yes, at: ground}", EI=30, more="stiffening: first", rest=""),
     "fast": BEAM.format(g=0, joint="{name: A, revolute: z, at: ground}", EI=100, more="stiffening: none", rest="start: {qd: {A: 60}}\n"),
     "bent": COLUMN.replace("P", "-1, 6").replace("S", "{elastic: static}"),
+    # It deflects by 0.16 of its length in the middle of the run, and by 0.013 of it at the end.
+    "returns": "kempe: 1\nparameters: {EI: 300}\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+               "    flexible: {beam: {length: 2, rhoA: 3, EIz: EI}, shapes: {y: 1}, stiffening: none, damping: {ratio: 0.3}}\n    points: {tip: {station: 2}}\n"
+               "forces: {f: {at: rod.tip, force: [0, '40*sin(pi*t)^2', 0]}}\nrun: {t_end: 1, outputs: [q]}\n",
     "straight": COLUMN.replace("P", "-30, 0").replace("S", "{q: {rod.y1: 0}}"),
     "buckled": COLUMN.replace("P", "-30, 0").replace("S", "{elastic: static}"),
     "swing": SWING,
@@ -108,6 +112,10 @@ PROVOKED = [
     ("lacks the load of '%s' across the plane", "simulate flat.yaml", "m.simulate()"),
     ("depends on a load that redundant constraints share", "simulate hinges.yaml", "m.simulate()"),
     ("deflects by %.3g m at t =", "simulate soft.yaml", "m.simulate()"),
+    ("deflects by %.3g m at t =", "simulate returns.yaml --output-step 1", "m.simulate(output_step=1)"),
+    ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --t-end 0.7", "m.sensitivity(parameters='EI', t_end=0.7)"),
+    ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --method adjoint --outputs 'q(rod.y1)'", "m.sensitivity(parameters='EI', method='adjoint', outputs='q(rod.y1)')"),
+    ("deflects by %.3g m at t =", "fit returns.yaml returns.csv --parameter EI:200:400", "", "simulate returns.yaml -o returns.csv"),
     ("faster than its first frequency", "simulate fast.yaml", "m.simulate()"),
     ("of its first frequency: %s, so that rates", "simulate arm.yaml", "m.simulate()"),
     ("straight because no load deflects it", "simulate straight.yaml", "m.simulate()"),

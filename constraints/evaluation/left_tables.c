@@ -4,7 +4,9 @@
  * among their values. A table is doubted once for an evaluator. So is friction whose level is negative. */
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "model/data/flexible.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -88,7 +90,8 @@ int kmp_eval_next_told(const kmp_evaluator *eval, int *from)
     const kmp_events *events = &eval->system->events;
     const double *change = eval->left_tables->change;
     for (; *from < events->count; ++*from)
-        if (kmp_condition_tells(&events->condition[*from], change[*from], fabs(change[*from])))
+        if (events->condition[*from].told != KMP_TOLD_DEFLECTION &&
+            kmp_condition_tells(&events->condition[*from], change[*from], fabs(change[*from])))
             return (*from)++;
     return -1;
 }
@@ -109,7 +112,7 @@ void kmp_eval_tell_condition(kmp_evaluator *eval, int k, double t)
                         kmp_conditions_tell_the_same(&eval->system->events.condition[i], condition));
     eval->left_tables->said[k] = true;
     if (!said)
-        kmp_doubt_condition(eval->system->context, condition, value, t);
+        kmp_doubt_condition(eval->system, condition, value, t);
 }
 
 void kmp_eval_put_told(const kmp_evaluator *eval, int k, double t, kmp_text *text)
@@ -148,13 +151,33 @@ int kmp_told_end(const kmp_condition *condition, double value, double *x)
     return end;
 }
 
-void kmp_doubt_condition(kempe_context *context, const kmp_condition *condition, double value, double t)
+static void doubt_deflection(const kempe_system *s, const kmp_flexible *f, double value, double t)
+{
+    const double length = kmp_number_at(f->length, s->parameters);
+    kmp_doubt(
+        s->context,
+        "flexible body '%s' deflects by %.3g m at t = %.6g s, more than %.1f of its length; terms of second order "
+        "suffice up to there: divide it into %s",
+        s->model->bodies[f->body].name, KMP_DEFLECTION_LARGE * length * sqrt(1 - value), t, KMP_DEFLECTION_LARGE,
+        kmp_flexible_parts(f));
+}
+
+void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t)
 {
     double x;
-    if (condition->told == KMP_TOLD_TABLE) {
-        const int end = kmp_told_end(condition, value, &x);
-        kmp_doubt_table(context, condition->expr->table, end, x, t);
-    } else {
-        kmp_doubt(context, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
+    int end;
+    switch (condition->told) {
+    case KMP_TOLD_TABLE:
+        end = kmp_told_end(condition, value, &x);
+        kmp_doubt_table(system->context, condition->expr->table, end, x, t);
+        break;
+    case KMP_TOLD_LEVEL:
+        kmp_doubt(system->context, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
+        break;
+    case KMP_TOLD_DEFLECTION:
+        doubt_deflection(system, condition->of, value, t);
+        break;
+    default:
+        break;
     }
 }

@@ -15,7 +15,7 @@ int kmp_eval_left(const kempe_system *system, const double *shown, int k, double
 
 /** Evaluates the conditions of laws and closures that are told at a state; false: there are none. `qdd` NULL: without
  * conditions that depend on accelerations and multipliers. Then the next one that is to be told there, from condition
- * *from on, which becomes the one after it; -1: none. */
+ * *from on, which becomes the one after it; -1: none. Studies of states judge deflections themselves. */
 bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                      const double *lambda);
 int kmp_eval_next_told(const kmp_evaluator *eval, int *from);
@@ -32,7 +32,7 @@ bool kmp_conditions_tell_the_same(const kmp_condition *a, const kmp_condition *b
 /** The end of the table of a condition that tells of one (kmp_table_end), and the place there with this value. */
 int kmp_told_end(const kmp_condition *condition, double value, double *x);
 /** Doubts what a condition tells with this value at t. */
-void kmp_doubt_condition(kempe_context *context, const kmp_condition *condition, double value, double t);
+void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t);
 
 /** The doubt: `end` as of kmp_table_end. */
 #define KMP_TABLE_LEFT                                                                                                 \

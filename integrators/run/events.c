@@ -129,7 +129,7 @@ static void event_tracker_tell(kmp_event_tracker *c, double t, const double *cha
         if (told)
             continue;
         log_table(c, condition, change[k], t);
-        kmp_doubt_condition(c->s->context, condition, change[k], t);
+        kmp_doubt_condition(c->s, condition, change[k], t);
     }
 }
 
@@ -233,6 +233,8 @@ static double told_slack(const kmp_event_tracker *c, int k)
     const kmp_condition *condition = &c->s->events.condition[k];
     if (condition->told == KMP_TOLD_LEVEL)
         return KMP_LEVEL_ROUNDING * c->past[k].largest;
+    if (condition->told == KMP_TOLD_DEFLECTION)
+        return KMP_DEFLECTION_SLACK;
     const kmp_named_table *table = condition->expr->table;
     const int end = condition->number - kmp_table_end_number(table, 0);
     return AT_END * (kmp_table_end(table, end | 1) - kmp_table_end(table, end & ~1));
@@ -257,13 +259,17 @@ static bool holds(const void *self, int k)
     return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
 }
 
-/* The end of a table is bounded until it has been left. */
+/* The end of a table is bounded until it has been left. Small deflections at both ends of a step are not bounded: steps
+ * resolve vibrations. */
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
     if (c->search.away.now && c->search.away.far[k])
         return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    if (c->s->events.condition[k].told == KMP_TOLD_DEFLECTION &&
+        fmin(c->search.ends[0]->change[k], c->search.ends[1]->change[k]) > KMP_DEFLECTION_SMALL)
+        return false;
     return c->kind[k] == KMP_CONDITION_TOLD ||
            kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
 }
@@ -511,6 +517,8 @@ bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, 
 {
     c->search.pieces.self = c;
     c->search.stills = false;
+    c->search.ends[0] = a;
+    c->search.ends[1] = b;
     forget_far(c);
     note_outside(c, NULL);
     note_outside(c, b->change);
@@ -579,6 +587,8 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
     KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
     s->stills = false;
+    s->ends[0] = &s->pieces.look[0];
+    s->ends[1] = &s->pieces.look[1];
     watch_far(c, &(kmp_step_piece){&s->pieces.look[0], NULL, &s->pieces.look[1]});
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
@@ -738,6 +748,7 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
 
 void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t)
 {
+    event_tracker_tell(c, t, c->change);
     for (int k = 0; k < c->s->events.count; k++)
         if (c->s->events.condition[k].at_start && c->change[k] < 0) {
             atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
@@ -756,7 +767,6 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, t));
     kmp_event_tracker_hold_free(c, NULL, c->change);
-    event_tracker_tell(c, t, c->change);
     kmp_event_tracker_mark_start(c, t);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;

@@ -585,6 +585,10 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         *difference = kmp_friction_value(tree, &tree->conditions.events->condition[k]);
         return true;
     }
+    if (tree->conditions.events->condition[k].told == KMP_TOLD_DEFLECTION) {
+        *difference = kmp_flexible_margin(tree, tree->conditions.events->condition[k].of);
+        return true;
+    }
     if (!e || has_place(e)) {
         bool known = k < tree->conditions.noted->count && tree->conditions.noted->note[k].known;
         *difference = known ? tree->conditions.noted->note[k].value : KMP_ZERO;

@@ -9,8 +9,9 @@
 /** A motion in which the value of a condition is negative is doubted for this reason, once and without an event. */
 typedef enum kmp_told {
     KMP_TOLD_NOTHING,
-    KMP_TOLD_TABLE, /* the motion is beyond an end of a table, which has no input */
-    KMP_TOLD_LEVEL, /* a level of friction would push */
+    KMP_TOLD_TABLE,      /* the motion is beyond an end of a table, which has no input */
+    KMP_TOLD_LEVEL,      /* a level of friction would push */
+    KMP_TOLD_DEFLECTION, /* a flexible body deflects beyond what its shapes are right for */
     KMP_TOLD_END
 } kmp_told;
 

@@ -222,7 +222,7 @@ static void tell_conditions(kmp_ensemble *e, bool tells)
         bool left = false; /* takes the marks of all engines */
         for (int i = 0; i < KMP_TEAM_MOST; i++)
             left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
-        if (!left || !tells)
+        if (!left || !tells || (condition && condition->told == KMP_TOLD_DEFLECTION)) /* told of its instances */
             continue;
         if (condition && condition->at_start) {
             kmp_log(e->model->context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);

@@ -43,7 +43,7 @@ typedef struct kmp_ensemble_result {
     const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;
     long steps, rejected, refused, rhs, exchanges;
-    double deflection;     /* at the end: the largest one of a flexible body over its length */
+    bool deflects;         /* a flexible body deflected too far */
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 

@@ -262,8 +262,9 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
 static const char *mark_balance(struct kmp_simulated *x, const kempe_system *system, const kempe_assembly *assembly)
 {
     const kmp_start *start = &system->model->start;
-    if (system->events.count > 0)
-        return "the model has conditions";
+    for (int k = 0; k < system->events.count; k++)
+        if (system->events.condition[k].told != KMP_TOLD_DEFLECTION) /* which changes nothing */
+            return "the model has conditions";
     if (system->load_row_count > 0)
         return "forces depend on multipliers";
     for (int k = 0; k < system->n; k++)
@@ -364,8 +365,9 @@ static int kind_of(const kmp_condition *c)
 /* The consequence of a condition that is told. */
 static const char *consequence_of(const kmp_condition *c)
 {
-    static const char *const words[KMP_TOLD_END] = {
-        [KMP_TOLD_TABLE] = "the table goes straight on there", [KMP_TOLD_LEVEL] = "it would push"};
+    static const char *const words[KMP_TOLD_END] = {[KMP_TOLD_TABLE] = "the table goes straight on there",
+                                                    [KMP_TOLD_LEVEL] = "it would push",
+                                                    [KMP_TOLD_DEFLECTION] = "its shapes are right up to there"};
     return words[c->told];
 }
 

@@ -30,7 +30,7 @@ enum {
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
     KEMPE_CONDITION_PASSES, /* of friction and contacts: that it holds is an event, at which modes are decided again */
     KEMPE_CONDITION_NUMBER, /* of these: a number for the decisions; its mode is an input of them */
-    KEMPE_CONDITION_TOLD /* a table is used beyond its points, or a level of friction is negative: the message reports
+    KEMPE_CONDITION_TOLD /* a table is used beyond its points, a level of friction is negative, ..: the message reports
                           * this, the motion continues */
 };
 
