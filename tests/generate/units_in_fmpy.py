@@ -729,6 +729,19 @@ def check_doubts(kempe, folder, has_library):
                     told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
                     check(len(told) == (model == "leaves" or k >= 2), file.name, "does not say once why it is not to be trusted", k, unit.said)
                 instance.freeInstance()
+                if options:
+                    continue
+                unit.said.clear()
+                instance = unit.started("me")
+                if model == "pushes":
+                    unit.set(instance, [unit.reference["level"]], [-0.3])
+                instance.enterContinuousTimeMode()
+                for k in range(3):
+                    instance.setTime(0.02 * k)
+                    instance.completedIntegratorStep()
+                told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
+                check(len(told) == 1, file.name, "does not say once at steps of the importer why it is not to be trusted", unit.said)
+                instance.freeInstance()
 
 
 def check_model(kempe, folder, model, end):

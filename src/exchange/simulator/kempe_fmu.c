@@ -860,6 +860,10 @@ kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, 
 kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int *ended)
 {
     kempe_fmu_status status = kempe_fmu_refresh(fmu);
+    if (status == KEMPE_FMU_OK)
+        kempe_simulator_tell(&fmu->simulator);
+    if (status == KEMPE_FMU_OK && fmu->simulator.message[0])
+        (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", fmu->simulator.message);
     *wants_event = status == KEMPE_FMU_OK && kempe_simulator_wants_exchange(&fmu->simulator);
     *ended = fmu->now.ended;
     return status;

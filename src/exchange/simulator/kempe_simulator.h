@@ -302,7 +302,7 @@ typedef struct kempe_simulator {
     double *p;                         /* parameters, and inputs, three each: the next call that advances takes */
     double *u;                         /* changes; kempe_simulator_set_inputs shows their effect at once */
     double *q, *qd, *qdd, *lambda, *y; /* at t */
-    char message[320];                 /* the last failure or end as a sentence, or that a table was left; "" */
+    char message[320]; /* the last failure or end as a sentence, or a condition that is told, once; "" */
     kempe_simulator_work work;
     double *memory;                /* all numbers of the simulator */
     int numbers;                   /* of it */
@@ -404,6 +404,8 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
 /** Values of the conditions: an event is a change of sign. */
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
+/** The message becomes what KEMPE_CONDITION_TOLD is told of the present state, each condition once; "" without any. */
+void kempe_simulator_tell(kempe_simulator *s);
 /** The time of the next sample of a state, at which kempe_simulator_update is to be called; INFINITY: there is none. */
 double kempe_simulator_next_time(const kempe_simulator *s);
 /** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */

@@ -503,6 +503,13 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
     }
 }
 
+void kempe_simulator_tell(kempe_simulator *s)
+{
+    s->message[0] = 0;
+    if (has_changes(s))
+        tell_conditions(s, s->t, s->part.value);
+}
+
 /* The number of states of callers that are dependent now, and begin at their values: rows between rates that are held
  * determine no coordinate, only its rate, which the caller integrates. */
 static int states_that_roll(const kempe_simulator *s)
