@@ -744,6 +744,40 @@ def check_doubts(kempe, folder, has_library):
                 instance.freeInstance()
 
 
+MOVED = """kempe: 1
+inputs: {u: {unit: rad}}
+bodies:
+  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {P: [1, 0, 0]}}
+  b: {joint: {name: B, revolute: z, at: a.P}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}
+drives: {d: {joint: A, angle: u}}
+run: {t_end: 1}
+"""
+
+
+def check_moved(kempe, folder, has_library):
+    """Co-simulation by sources refuses an input that moves a joint: by a jump, or by its rate. Unchanged it is no obstacle; the library follows it."""
+    (folder / "moved.yaml").write_text(MOVED)
+    for fmi in (2, 3):
+        for options in ((), ("--binary",))[:1 + has_library]:
+            file = folder / f"moved{fmi}{len(options)}.fmu"
+            subprocess.run([kempe, "fmu", folder / "moved.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            unit = Unit(fmi, file, folder / file.stem)
+            u, rates = [unit.reference["u"]], [unit.reference["u.d"], unit.reference["u.dd"]]
+            instance = unit.started("cs")
+            instance.doStep(0, 0.1)
+            if options:
+                unit.set(instance, rates, [0, 2])
+                instance.doStep(0.1, 0.1)
+                check(abs(unit.get(instance, [unit.reference["q.A"]])[0] - 0.01) < 1e-12, file.name, "does not follow an input that moves a joint")
+            else:
+                for references, values in ((u, [0.01]), (rates, [0, 2])):
+                    unit.set(instance, references, values)
+                    unit.refused("an input that moves a joint", "moves closure 'd'", lambda: instance.doStep(0.1, 0.1))
+                instance.doStep(0.1, 0.1)
+            instance.freeInstance()
+
+
 def check_model(kempe, folder, model, end):
     expected = reference(kempe, folder, model, end)
     for fmi in (2, 3):
@@ -801,6 +835,7 @@ def main():
             if model == "four_bar":
                 check_without_states(kempe, folder)
                 check_doubts(kempe, folder, has_library)
+                check_moved(kempe, folder, has_library)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

@@ -21,8 +21,10 @@
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/run/friction_run.h"
+#include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include <kempe/stepper.h>
 #include <stdio.h>
 #include <string.h>
@@ -617,8 +619,18 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
     const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
     const kmp_code_routine *start = kmp_simulated_routine(source, "start");
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
-                        KMP_ROOM(int, source->n, &x->coordinate_kind)))
+                        KMP_ROOM(int, source->n, &x->coordinate_kind),
+                        KMP_ROOM(char *, source->input_count, &x->moved)))
         return kmp_fail_memory(source->context);
+    for (int k = 0; k < source->input_count; k++) {
+        const kmp_closure *closure = kmp_model_moved_by(source->model, k);
+        x->moved[k] = kmp_arena_strdup(&source->arena, closure ? closure->name : "");
+        if (closure)
+            kmp_log(source->context, KEMPE_LOG_WARNING,
+                    "input '%s' moves closure '%s': steps of a generated simulator refuse its changes, which an "
+                    "integrator of the caller follows (model exchange)",
+                    source->input_names[k], closure->name);
+    }
     x->starts = start && reads(start, KMP_IN_PARAMETER, -1);
     for (int k = 0; k < source->symbol_count; k++)
         if (source->place[k] >= 0) {

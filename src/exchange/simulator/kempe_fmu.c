@@ -247,11 +247,11 @@ kempe_fmu_status kempe_fmu_refresh(kempe_fmu *fmu)
     kempe_simulator *s = &fmu->simulator;
     if (!fmu->now.started)
         return start(fmu);
-    if (fmu->now.tuned && kempe_simulator_set_parameters(s) == KEMPE_SIMULATOR_FAILED)
-        return DISCARD("%s", s->message);
     if (fmu->kind == KEMPE_FMU_CO_SIMULATION) {
-        if (fmu->now.pressed && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
+        if ((fmu->now.pressed || fmu->now.tuned) && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);
+    } else if (fmu->now.tuned && kempe_simulator_set_parameters(s) == KEMPE_SIMULATOR_FAILED) {
+        return DISCARD("%s", s->message);
     } else if (fmu->now.moved || fmu->now.pressed || fmu->now.tuned) {
         if (kempe_simulator_set_states(s, fmu->now.t, fmu->part.x) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);

@@ -225,6 +225,7 @@ typedef struct kempe_equations {
     const double *parameter_values;   /* of the model */
     const int *parameter_fixed;       /* parameters: 1 where h depends on it, or only the start: a start must follow */
     const double *input_values;       /* 3 inputs: at the start */
+    const char *const *input_moves;   /* inputs: the closure that each moves, "" without one; NULL: none does */
     double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
     const double *start_q, *start_qd; /* n: a closed start */
     const int *independent;           /* f coordinates, the choice at the start; NULL: the simulator chooses */
@@ -378,7 +379,9 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
  * those after the change. FAILED: an input is not finite, or the loops do not close with the new parameters; p and u
  * are then those before. Parameters that are fixed change before a start. */
 kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s);
-kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s); /* the same */
+/** The same. FAILED for an input that moves a closure: it is constant between calls, and a change would be a jump. An
+ * integrator of the caller follows it by kempe_simulator_set_states. */
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s);
 
 /** Takes changes of p and u as well, which act from the present time on. Advances to t and sets q, qd, qdd, lambda, y
  * there. Steps do not depend on the times that are requested. ENDED: they belong to an earlier end. FAILED: t lies
