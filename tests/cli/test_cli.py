@@ -611,6 +611,22 @@ class Systems(Case):
             name = {(" N", "si"): " N", (" N", "us"): " lbf", ("", "us"): " SI", ("", "si"): ""}[unit, system]
             self.assertIn(f"found      F = {told:.6g}{name}\n", done.stdout)
 
+    def test_running_safety(self):
+        """Loads, wear and the way are in the system: in kN where it has N, and work over a way is a force."""
+        bogie = ROOT / "examples/bogie_track/bogie_track.yaml"
+        factors = {"mm": (1e-3, "kN", 1e-3, "J/mm", 1e3, "mm"), "us": (1 / self.FORCE, "lbf", 1 / self.FORCE, "lbf", 1 / self.INCH, "in")}
+        found = self.object(0, "simulate", bogie, "--t-end", "0.1", "--no-convergence-check")["running_safety"]
+        wheel, axle = found["wheels"][0], found["axles"][0]
+        for system, (force, force_unit, wear, wear_unit, way, way_unit) in factors.items():
+            text = self.expect(0, "simulate", bogie, "--t-end", "0.1", "--no-convergence-check", "--units", system).stdout
+            words = " ".join(text.split())
+            self.assertIn(f"Q0, {force_unit} (Q0-Q)", words)
+            self.assertIn(f"FL {wheel['Q0'] * force:.2f} ", words)
+            self.assertIn(f"limit {axle['prudhomme'] * force:.3f} {force_unit}", words)
+            self.assertIn(f"T gamma, {wear_unit}: mean", words)
+            self.assertIn(f" FL {wheel['wear_mean'] * wear:.3g} {wheel['wear']['value'] * wear:.3g} ", words)
+            self.assertIn(f"{found['way'] * way:.6g} {way_unit} travelled", words)
+
     def test_words(self):
         """--units has a system, or none."""
         self.expect(0, "simulate", "--units", self.SLIDER, "--t-end", "0.01", "-o", "a.csv")

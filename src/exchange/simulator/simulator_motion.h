@@ -424,7 +424,7 @@ static bool refuses_inputs(kempe_simulator *s)
         fail_with(
             s,
             "input '%s' moves closure '%s': steps of the simulator hold it at %.9g, and cannot follow it to %.9g, "
-            "rate %.9g, acceleration %.9g; another integrator can (model exchange), and the library can",
+            "rate %.9g, acceleration %.9g; model exchange and the library can",
             e->input_names[i], e->input_moves[i], s->part.held[3 * i], u[0], u[1], u[2]);
         copy(3 * e->inputs, s->part.held, s->u);
     }
