@@ -834,6 +834,34 @@ class Sensitivities(Case):
         with open(self.folder / "slopes.csv", newline="") as file:
             return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
+    def test_long_steps(self):
+        """A driven cam prescribes the lift L(speed t) of its valve while they touch, in steps of half a turn: it changes with the speed by L' t, the rate by t/speed."""
+        model, speed = ROOT / "examples/valve_train/valve_train.yaml", 2600 * math.pi / 30
+        for more in (), ("--integrator", "dop853"), ("--rtol", "1e-10"):
+            self.expect(0, "sensitivity", model, "--parameters", "speed", "--t-end", "0.1", "--no-convergence-check", *more, "-o", "slopes.csv")
+            touching = 0
+            for row in csv.DictReader((self.folder / "slopes.csv").read_text().splitlines()):
+                if float(row["force.cam"] or 0) > 0:
+                    touching += 1
+                    self.assertAlmostEqual(float(row["q.lift/speed"]), float(row["qd.lift"]) * float(row["t"]) / speed, delta=1e-9)
+            self.assertGreater(touching, 200)
+        adjoint = self.object(0, "sensitivity", model, "--parameters", "speed", "--t-end", "0.1", "--no-convergence-check", "--method", "adjoint", "--outputs", "q(lift)")
+        self.assertEqual(adjoint["status"], "complete, not checked")
+        # A driven four-bar linkage keeps its position and its turns.
+        driven = self.model("kempe: 1\nparameters: {a: 0.3}\nground: {points: {D: [1, 0, 0]}}\nbodies:\n"
+                            "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [a, 0, 0]}}\n"
+                            "  coupler: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.05}, points: {C: [0.95, 0, 0]}}\n"
+                            "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.02}, points: {C: [0.8, 0, 0]}}\n"
+                            "loops: {C: {revolute: [coupler.C, rocker.C], axis: z}}\ndrives: {m: {joint: A, angle: 30*t}}\n"
+                            "start: {q: {B: 45 deg, D: 90 deg}}\nrun: {t_end: 3, outputs: [q]}\n")
+        self.expect(0, "simulate", driven, "-o", "run.csv")
+        run = list(csv.DictReader((self.folder / "run.csv").read_text().splitlines()))
+        for integrator in "radau", "dop853":
+            self.expect(0, "sensitivity", driven, "--parameters", "a", "--integrator", integrator, "-o", "slopes.csv")
+            for row, same in zip(csv.DictReader((self.folder / "slopes.csv").read_text().splitlines()), run, strict=True):
+                for name in "q.B", "q.D":
+                    self.assertAlmostEqual(float(row[name]), float(same[name]), delta=1e-9)
+
     def test_rows(self):
         done, rows = self.rows("--output-step", 0.1)
         self.assertIn("complete, derivatives of the motion with respect to crank and qd.crank, 0 to 0.2 s", done.stdout)

@@ -217,6 +217,8 @@ int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, 
     kmp_linear *l = &f->v->linear;
     l->plain = f->count == 0 || !whole;
     int said = kmp_forward_come_to(f, t, y);
+    if (said != KMP_GO && !f->zone && kmp_sensitivity_equations_walk(f->v, t, y))
+        said = kmp_sensitivity_equations_near(f->v, t, f->v->q, rows_of(f, y + kmp_forward_blocks(f), f->ud));
     l->plain = f->count == 0;
     if (said != KMP_GO && f->formulation.reason.length == 0)
         kmp_text_printf(&f->formulation.reason, "the loops do not close at t = %.9g", t);
