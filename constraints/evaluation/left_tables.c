@@ -10,6 +10,7 @@
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/flexible/body_spectrum.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -90,7 +91,7 @@ int kmp_eval_next_told(const kmp_evaluator *eval, int *from)
     const kmp_events *events = &eval->system->events;
     const double *change = eval->left_tables->change;
     for (; *from < events->count; ++*from)
-        if (events->condition[*from].told != KMP_TOLD_DEFLECTION &&
+        if (events->condition[*from].told < KMP_TOLD_DEFLECTION &&
             kmp_condition_tells(&events->condition[*from], change[*from], fabs(change[*from])))
             return (*from)++;
     return -1;
@@ -162,6 +163,25 @@ static void doubt_deflection(const kempe_system *s, const kmp_flexible *f, doubl
         kmp_flexible_parts(f));
 }
 
+static void doubt_rotation(const kempe_system *s, const kmp_flexible *f, double value)
+{
+    kmp_flexible_spectrum own;
+    const double rate = kmp_flexible_fastest(f) * sqrt(1 - value);
+    const double first = kmp_flexible_spectrum_find(f, &own) ? own.fixed[0] : rate;
+    if (rate > first || !f->averaged)
+        kmp_doubt(
+            s->context,
+            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
+            "of second order its stiffness is lost at this speed; %s",
+            s->model->bodies[f->body].name, rate, first,
+            f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'");
+    else
+        kmp_doubt(s->context,
+                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
+                  "are right",
+                  s->model->bodies[f->body].name, rate, rate / first, f->doubt, KMP_ROTATION_AVERAGED);
+}
+
 void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t)
 {
     double x;
@@ -176,6 +196,9 @@ void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condit
         break;
     case KMP_TOLD_DEFLECTION:
         doubt_deflection(system, condition->of, value, t);
+        break;
+    case KMP_TOLD_ROTATION:
+        doubt_rotation(system, condition->of, value);
         break;
     default:
         break;

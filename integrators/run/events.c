@@ -235,6 +235,8 @@ static double told_slack(const kmp_event_tracker *c, int k)
         return KMP_LEVEL_ROUNDING * c->past[k].largest;
     if (condition->told == KMP_TOLD_DEFLECTION)
         return KMP_DEFLECTION_SLACK;
+    if (condition->told == KMP_TOLD_ROTATION)
+        return 0;
     const kmp_named_table *table = condition->expr->table;
     const int end = condition->number - kmp_table_end_number(table, 0);
     return AT_END * (kmp_table_end(table, end | 1) - kmp_table_end(table, end & ~1));
@@ -259,14 +261,16 @@ static bool holds(const void *self, int k)
     return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
 }
 
-/* The end of a table is bounded until it has been left. Small deflections at both ends of a step are not bounded: steps
- * resolve vibrations. */
+/* The end of a table is bounded until it has been left. Small deflections at both ends of a step are not bounded, and
+ * rates never are: steps resolve vibrations. */
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
     if (c->search.away.now && c->search.away.far[k])
         return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    if (c->s->events.condition[k].told == KMP_TOLD_ROTATION)
+        return false;
     if (c->s->events.condition[k].told == KMP_TOLD_DEFLECTION &&
         fmin(c->search.ends[0]->change[k], c->search.ends[1]->change[k]) > KMP_DEFLECTION_SMALL)
         return false;

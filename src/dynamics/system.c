@@ -311,7 +311,8 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
             kmp_is_late(eq->graph, out[k]);
         condition->by_rates = kmp_depends_on(eq->graph, out[k], KMP_IN_QD);
         s->changes_by_rates =
-            s->changes_by_rates || condition->late || (condition->told != KMP_TOLD_TABLE && condition->by_rates);
+            s->changes_by_rates || condition->late ||
+            ((condition->told == KMP_TOLD_NOTHING || condition->told == KMP_TOLD_LEVEL) && condition->by_rates);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;

@@ -12,6 +12,8 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/body.h"
+#include "model/flexible/body_spectrum.h"
+#include <math.h>
 
 static kmp_ref coordinate(const kmp_tree *tree, const kmp_flexible *f, int k, bool rate)
 {
@@ -197,16 +199,41 @@ kmp_ref kmp_flexible_margin(const kmp_tree *tree, const kmp_flexible *f)
     return kmp_sub(g, KMP_ONE, kmp_div(g, most, kmp_mul(g, limit, limit)));
 }
 
-void kmp_flexible_watch(const kmp_tree *tree, const kmp_flexible *f)
+kmp_ref kmp_flexible_rate_margin(const kmp_tree *tree, const kmp_flexible *f)
+{
+    kmp_graph *g = tree->graph;
+    const double fastest = kmp_flexible_fastest(f);
+    kmp_ref most = KMP_ZERO;
+    for (int b = f->body; b > 0; b = kmp_model_body(tree->model, b)->parent)
+        for (int k = 0; k < kmp_model_body(tree->model, b)->motion_count; k++) {
+            const int motion = kmp_model_body(tree->model, b)->first_motion + k;
+            const kmp_ref rate = kmp_input(g, KMP_IN_QD, (uint32_t)motion);
+            if (kmp_model_motion(tree->model, motion)->rotation)
+                most = kmp_binary(g, KMP_OP_MAX, most, kmp_mul(g, rate, rate));
+        }
+    return kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, 1 / (fastest * fastest)), most));
+}
+
+/* The numbers of both conditions are their reasons. */
+static void watch_for(const kmp_tree *tree, const kmp_flexible *f, kmp_told told, const char *words, double limit)
 {
     kmp_events *events = tree->conditions.events;
     kmp_text text = {0};
-    if (f->count == 0 || !events || kmp_events_find(events, f, 0) >= 0)
+    if (f->count == 0 || !events || kmp_events_find(events, f, (int)told) >= 0)
         return;
-    kmp_text_printf(&text, "flexible body '%s' deflects by more than %.1f of its length",
-                    kmp_model_body(tree->model, f->body)->name, KMP_DEFLECTION_LARGE);
-    if (kmp_events_add(events, (kmp_condition){.of = f, .told = KMP_TOLD_DEFLECTION, .text = kmp_text_take(&text)}) < 0)
+    kmp_text_printf(&text, "flexible body '%s' %s %.4g%s", kmp_model_body(tree->model, f->body)->name, words, limit,
+                    told == KMP_TOLD_DEFLECTION ? " of its length" : " rad/s");
+    const kmp_condition condition = {.of = f, .number = (int)told, .told = told, .text = kmp_text_take(&text)};
+    if (kmp_events_add(events, condition) < 0)
         kmp_graph_fail(tree->graph);
+}
+
+void kmp_flexible_watch(const kmp_tree *tree, const kmp_flexible *f)
+{
+    const double fastest = kmp_flexible_fastest(f);
+    watch_for(tree, f, KMP_TOLD_DEFLECTION, "deflects by more than", KMP_DEFLECTION_LARGE);
+    if (isfinite(fastest))
+        watch_for(tree, f, KMP_TOLD_ROTATION, "turns with more than", fastest);
 }
 
 bool kmp_guide_make(const kmp_tree *tree, const kmp_flexible *f, const kmp_number *linear, const kmp_number *more,

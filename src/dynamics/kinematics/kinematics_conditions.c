@@ -585,8 +585,10 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         *difference = kmp_friction_value(tree, &tree->conditions.events->condition[k]);
         return true;
     }
-    if (tree->conditions.events->condition[k].told == KMP_TOLD_DEFLECTION) {
-        *difference = kmp_flexible_margin(tree, tree->conditions.events->condition[k].of);
+    const kmp_told told = tree->conditions.events->condition[k].told;
+    if (told == KMP_TOLD_DEFLECTION || told == KMP_TOLD_ROTATION) {
+        const kmp_flexible *flexible = tree->conditions.events->condition[k].of;
+        *difference = (told == KMP_TOLD_ROTATION ? kmp_flexible_rate_margin : kmp_flexible_margin)(tree, flexible);
         return true;
     }
     if (!e || has_place(e)) {

@@ -12,6 +12,7 @@ typedef enum kmp_told {
     KMP_TOLD_TABLE,      /* the motion is beyond an end of a table, which has no input */
     KMP_TOLD_LEVEL,      /* a level of friction would push */
     KMP_TOLD_DEFLECTION, /* a flexible body deflects beyond what its shapes are right for */
+    KMP_TOLD_ROTATION,   /* a flexible body without terms of second order turns faster than they may be left out */
     KMP_TOLD_END
 } kmp_told;
 

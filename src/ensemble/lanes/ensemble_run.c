@@ -234,6 +234,12 @@ static void tell_conditions(kmp_ensemble *e, bool tells)
                       ((const kmp_force *)condition->of)->name);
             continue;
         }
+        if (condition && condition->told == KMP_TOLD_ROTATION) {
+            kmp_doubt(e->model->context,
+                      "in instances %s: without terms of second order its stiffness is lost at such speeds",
+                      s->event_text[k]);
+            continue;
+        }
         const int of_use = k - s->events.count;
         const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];
         const kmp_named_table *table = condition ? condition->expr->table : &s->model->tables[use->table];

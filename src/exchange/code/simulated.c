@@ -265,7 +265,8 @@ static const char *mark_balance(struct kmp_simulated *x, const kempe_system *sys
 {
     const kmp_start *start = &system->model->start;
     for (int k = 0; k < system->events.count; k++)
-        if (system->events.condition[k].told != KMP_TOLD_DEFLECTION) /* which changes nothing */
+        if (system->events.condition[k].told <
+            KMP_TOLD_DEFLECTION) /* which changes nothing, nor does a fast rotation */
             return "the model has conditions";
     if (system->load_row_count > 0)
         return "forces depend on multipliers";
@@ -369,7 +370,9 @@ static const char *consequence_of(const kmp_condition *c)
 {
     static const char *const words[KMP_TOLD_END] = {[KMP_TOLD_TABLE] = "the table goes straight on there",
                                                     [KMP_TOLD_LEVEL] = "it would push",
-                                                    [KMP_TOLD_DEFLECTION] = "its shapes are right up to there"};
+                                                    [KMP_TOLD_DEFLECTION] = "its shapes are right up to there",
+                                                    [KMP_TOLD_ROTATION] =
+                                                        "without terms of second order it is right up to there"};
     return words[c->told];
 }
 

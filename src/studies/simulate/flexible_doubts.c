@@ -8,8 +8,8 @@
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/flexible/body_spectrum.h"
 #include "model/language/expression_value.h"
-#include "studies/assembly/flexible_check.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 
@@ -78,7 +78,8 @@ static double largest_deflection(const kempe_system *system, const kmp_samples *
     return most;
 }
 
-/* Without terms of second order rotation softens a beam in place of stiffening it. */
+/* Without terms of second order rotation softens a beam in place of stiffening it. A motion that is too fast for that
+ * is doubted along its way. */
 static void warn_of_rotation(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
 {
     const kempe_model *model = system->model;
@@ -94,24 +95,12 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
                 most = model->motions[motion].rotation ? fmax(most, fabs(qd[motion])) : most;
             }
     }
-    const char *name = model->bodies[f->body].name;
-    const char *remedy = f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'";
-    if (most > s.fixed[0])
-        kmp_doubt(
-            system->context,
-            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
-            "of second order its stiffness is lost at this speed; %s",
-            name, most, s.fixed[0], remedy);
-    else if (f->averaged && most > KMP_ROTATION_AVERAGED * s.fixed[0])
-        kmp_doubt(system->context,
-                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
-                  "are right",
-                  name, most, most / s.fixed[0], f->doubt, KMP_ROTATION_AVERAGED);
-    else if (most > KMP_ROTATION_SLOW * s.fixed[0])
+    if (most > KMP_ROTATION_SLOW * s.fixed[0] && most <= kmp_flexible_fastest(f))
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency, without terms of second order, "
                 "which stiffen it: %s",
-                name, most, most / s.fixed[0], remedy);
+                model->bodies[f->body].name, most, most / s.fixed[0],
+                f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'");
 }
 
 /* Moments of a section by its loads (about x, y, z in `load`) and by the strain of shapes. */
