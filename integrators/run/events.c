@@ -22,6 +22,9 @@
 /* Of the range of a table: a motion that passes its end by less does not leave it. */
 #define AT_END 1e-6
 
+/* Beyond all numbers of a motion, with a finite square. */
+#define HUGE_NUMBER 1e100
+
 enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another one */
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
@@ -269,7 +272,7 @@ static bool may_change(const void *self, int k)
     if (c->search.away.now && c->search.away.far[k])
         return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
-    if (c->s->events.condition[k].told == KMP_TOLD_ROTATION)
+    if (c->s->events.condition[k].told == KMP_TOLD_ROTATION || c->never[k])
         return false;
     if (c->s->events.condition[k].told == KMP_TOLD_DEFLECTION &&
         fmin(c->search.ends[0]->change[k], c->search.ends[1]->change[k]) > KMP_DEFLECTION_SMALL)
@@ -641,6 +644,20 @@ static double place_size(const kempe_system *s, const kmp_condition *condition)
     return 1;
 }
 
+/* Finds the levels that are not negative by their form, such as constants and multiples of sizes of loads: bounds over
+ * steps of these need no search. */
+static void find_never(kmp_event_tracker *c)
+{
+    const kmp_bound any = {-HUGE_NUMBER, HUGE_NUMBER, -HUGE_NUMBER, HUGE_NUMBER};
+    kmp_event_search *s = &c->search;
+    for (int k = 0; k < c->s->changes->input_count; k++)
+        kmp_bounds_set(s->bounds, k, any);
+    kmp_bounds_run(s->bounds, true);
+    for (int k = 0; k < c->s->events.count; k++)
+        c->never[k] = c->s->events.condition[k].told == KMP_TOLD_LEVEL && !s->bounds->given[s->output[k]] &&
+                      kmp_bounds_get(s->bounds, s->output[k]).low >= 0;
+}
+
 kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *a)
 {
     const kempe_system *system = plan->system;
@@ -672,9 +689,10 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
                         KMP_ROOM(double, count, &c->change, &c->before),
-                        KMP_ROOM(bool, count, &c->located, &c->beyond)) ||
+                        KMP_ROOM(bool, count, &c->located, &c->beyond, &c->never)) ||
         !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
+    find_never(c);
     kmp_event_tracker_begin_past(system, c->past);
     kmp_event_tracker_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
     return c;

@@ -96,6 +96,7 @@ typedef struct kmp_event_tracker {
     kmp_condition_past *past;      /* of each condition */
     double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     bool stuck;                    /* a condition changed back and forth without end */
+    bool *never;                   /* of each condition: a level that is not negative for any numbers */
     bool tells;                    /* ends of tables are among the conditions */
     bool *stays;                   /* of each condition: it is not evaluated until the next event */
     bool *beyond;                  /* of each condition: the present event has passed it */
