@@ -2888,6 +2888,10 @@ class Compare(Case):
         done = self.object(0, "compare", ROOT / "tests/models/bennett_balls.yaml", "--rtol", "1e-6", "--t-end", 1)
         self.assertTrue(all(run["error"]["lambda"] is None for run in done["runs"]))
         self.assertIn("6 of 6 multipliers are not unique", "".join(done["warnings"]))
+        # Friction that slips has a given force, and no redundant constraint.
+        slips = self.model("kempe: 1\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: X, friction: {force: 0.5}}}\n"
+                           "start: {qd: {X: 1}}\nrun: {t_end: 1}\n")
+        self.assertNotIn("not unique", "".join(self.object(0, "compare", slips)["warnings"]))
 
     def test_small_loads_are_held_against_large_ones(self):
         """A model whose forces are all a millionth has the same errors of lambda."""
