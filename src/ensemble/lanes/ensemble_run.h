@@ -76,6 +76,11 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
  * first cache, and chunks of that size leave no thread without instances. Results do not depend on it. */
 int kmp_ensemble_width(const kempe_system *system, int width, int instances, int threads);
 
+/** True if runs mark what makes instances doubtful, or what they warn of: of condition k of a system, or of use k less
+ * the number of conditions of a table, in `left`. Doubts a marked one, or warns of it; false: only a warning. */
+bool kmp_ensemble_has_mark(const kempe_system *system, int k);
+bool kmp_ensemble_tell_mark(const kempe_system *system, kempe_context *context, int k);
+
 /** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
  * pulses at other times. *open: shorter ones may have been missed. */
 kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open);
