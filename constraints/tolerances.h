@@ -644,6 +644,13 @@
 /** A flexible body that deflects by more than this part of its length is out of the range of shapes with terms of
  * second order, whose places are off by the cube of the slope: by a part of 1e-3 of the length there. */
 #define KMP_DEFLECTION_LARGE 0.1
+
+/** Between the places where a step is evaluated, a deflection may exceed that part by about half of this part of it. */
+#define KMP_DEFLECTION_SLACK 0.01
+
+/** The value of the condition of deflections for half of that part. Smaller deflections at the ends of a step are not
+ * searched within it. */
+#define KMP_DEFLECTION_SMALL 0.75
 /** A flexible body without terms of second order may turn with this part of its first frequency: its stiffness is then
  * off by the square, some percent. */
 #define KMP_ROTATION_SLOW 0.3

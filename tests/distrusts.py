@@ -32,8 +32,8 @@ MODELS = {
            "forces: {f: {joint: x, force: 'law(t)'}}\nrun: {t_end: 6, outputs: [q, qd]}\n",
     "ended": "kempe: 1\ngravity: [0, 0, -10]\nparameters: {m: 1.1}\ntables: {spring: {x: [-0.1, 0.1], y: [10, -10], method: linear, outside: error}}\n"
              "bodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: m}}\nforces: {f: {joint: z, force: 'spring(q(z)) - qd(z)'}}\nstart: {q: {z: -0.12}}\n",
-    "level": "kempe: 1\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\n"
-             "forces: {f: {joint: X, friction: {force: 0.5*cos(4*t)}}}\nstart: {qd: {X: 1}}\nrun: {t_end: 1}\n",
+    "level": "kempe: 1\nparameters: {m: 1}\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: m}}\n"
+             "forces: {f: {joint: X, friction: {force: 0.5*cos(4*t)}}}\nstart: {qd: {X: 1}}\nrun: {t_end: 1, outputs: [q]}\n",
     "flat": """kempe: 1
 gravity: [0, 0, -9.81]
 ground: {points: {O: [0, 0, 0]}}
@@ -70,6 +70,10 @@ run: {t_end: 2}
     "soft": BEAM.format(g=-9.81, joint="{weld: yes, at: ground}", EI=30, more="stiffening: first", rest=""),
     "fast": BEAM.format(g=0, joint="{name: A, revolute: z, at: ground}", EI=100, more="stiffening: none", rest="start: {qd: {A: 60}}\n"),
     "bent": COLUMN.replace("P", "-1, 6").replace("S", "{elastic: static}"),
+    # It deflects by 0.16 of its length in the middle of the run, and by 0.013 of it at the end.
+    "returns": "kempe: 1\nparameters: {EI: 300}\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n"
+               "    flexible: {beam: {length: 2, rhoA: 3, EIz: EI}, shapes: {y: 1}, stiffening: none, damping: {ratio: 0.3}}\n    points: {tip: {station: 2}}\n"
+               "forces: {f: {at: rod.tip, force: [0, '40*sin(pi*t)^2', 0]}}\nrun: {t_end: 1, outputs: [q]}\n",
     "straight": COLUMN.replace("P", "-30, 0").replace("S", "{q: {rod.y1: 0}}"),
     "buckled": COLUMN.replace("P", "-30, 0").replace("S", "{elastic: static}"),
     "swing": SWING,
@@ -108,7 +112,14 @@ PROVOKED = [
     ("lacks the load of '%s' across the plane", "simulate flat.yaml", "m.simulate()"),
     ("depends on a load that redundant constraints share", "simulate hinges.yaml", "m.simulate()"),
     ("deflects by %.3g m at t =", "simulate soft.yaml", "m.simulate()"),
+    ("deflects by %.3g m at t =", "simulate returns.yaml --output-step 1", "m.simulate(output_step=1)"),
+    ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --t-end 0.7", "m.sensitivity(parameters='EI', t_end=0.7)"),
+    ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --method adjoint --outputs 'q(rod.y1)'", "m.sensitivity(parameters='EI', method='adjoint', outputs='q(rod.y1)')"),
+    ("deflects by %.3g m at t =", "fit returns.yaml returns.csv --parameter EI:200:400", "", "simulate returns.yaml -o returns.csv"),
     ("faster than its first frequency", "simulate fast.yaml", "m.simulate()"),
+    ("faster than its first frequency", "sensitivity fast.yaml --parameters qd.A --outputs 'q(A)'", "m.sensitivity(parameters='qd.A', outputs='q(A)')"),
+    ("in instances %s: %s", "ensemble fast.yaml --sample qd.A=59:60 --instances 3", "m.ensemble(m.sample('qd.A=59:60', 3)).run()"),
+    ("in instances %s: %s", "optimize fast.yaml --minimize 'q(A)' --parameter qd.A:50:60", "m.optimize(minimize='q(A)', parameters='qd.A:50:60')"),
     ("of its first frequency: %s, so that rates", "simulate arm.yaml", "m.simulate()"),
     ("straight because no load deflects it", "simulate straight.yaml", "m.simulate()"),
     ("start: the deformations are in balance", "simulate buckled.yaml", "m.simulate()"),
@@ -130,7 +141,14 @@ PROVOKED = [
     ("instances that did not reach their end", "gather bars.kempe", "", f"ensemble {BAR} --values bars.csv --t-end 0.1 --out bars.kempe"),
     ("no values within the bounds satisfy all limits", f"optimize {BAR} --minimize 'max(qd(rocker))' --parameter base:0.85:0.95 --limit 'max(q(rocker)) > 2' --t-end 1",
      "m.optimize(minimize='max(qd(rocker))', parameters='base:0.85:0.95', limits='max(q(rocker)) > 2', t_end=1)"),
-    ("which must not be negative: it would push", "simulate level.yaml", "m.simulate()"),
+    ("KMP_LEVEL_PUSHES", "simulate level.yaml", "m.simulate()"),
+    ("KMP_LEVEL_PUSHES", "simulate level.yaml --output-step 0.75", "m.simulate(output_step=0.75)"),
+    ("KMP_LEVEL_PUSHES", "sensitivity level.yaml --parameters m --t-end 0.6", "m.sensitivity(parameters='m', t_end=0.6)"),
+    ("KMP_LEVEL_PUSHES", "sensitivity level.yaml --parameters m --method adjoint --outputs 'q(X)'", "m.sensitivity(parameters='m', method='adjoint', outputs='q(X)')"),
+    ("KMP_LEVEL_PUSHES", "fit level.yaml level.csv --parameter m:0.5:2", "", "simulate level.yaml -o level.csv"),
+    ("has a negative level in instances", "ensemble level.yaml --sample m=1:2 --instances 3", "m.ensemble(m.sample('m=1:2', 3)).run()"),
+    ("has a negative level in instances", "optimize level.yaml --minimize 'max(q(X))' --parameter m:0.5:2", "m.optimize(minimize='max(q(X))', parameters='m:0.5:2')"),
+    ("instances use table", "optimize law.yaml --minimize 'max(q(x))' --parameter m:1:3", "m.optimize(minimize='max(q(x))', parameters='m:1:3')"),
     ("the best search has not converged after", f"optimize {BAR} --minimize 'max(qd(rocker))' --parameter base:0.85:0.95,crank:0.2:0.31 --t-end 1 --most 2",
      "m.optimize(minimize='max(qd(rocker))', parameters='base:0.85:0.95,crank:0.2:0.31', t_end=1, most=2)"),
     ("the fitted motion does not follow the data", f"fit {BAR} waves.csv --parameter crank_mass:0.5:2", "m.fit(data='waves.csv', parameters='crank_mass:0.5:2')"),
@@ -142,7 +160,7 @@ PROVOKED = [
     ("is not resolved by values", f"contact {CONICITY} --sweep 'shift=-9 mm:9 mm:3' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-9 mm:9 mm:3', conicity='3 mm:6 mm:2')"),
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),
 ]
-SAID = {"KMP_TABLE_LEFT": "it goes straight on there", "KMP_RUN_WOULD_END": "a run would end at this state", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
+SAID = {"in instances %s: %s": "its stiffness is lost at such speeds", "KMP_TABLE_LEFT": "it goes straight on there", "KMP_LEVEL_PUSHES": "which must not be negative: it would push", "KMP_RUN_WOULD_END": "a run would end at this state", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
 DISTRUSTS = r"\b(?:do not trust|not trustworthy|(?:not|cannot) be trusted|not to be trusted|(?:may|might|can) be wrong|results? (?:is|are) wrong|not reliable|unreliable)"
 STATUS_WORDS = ["src/cli/main.c", "src/cli/options.c", "src/output/print.c"]  # help and names of the status
 PASSED_ON = 4  # calls that pass on a sentence that is made elsewhere

@@ -1004,7 +1004,7 @@ run: {t_end: 0.02}
         self.assertAlmostEqual(us["load"], si["load"] * 1e3 / 4.4482216, delta=2)
         self.assertIn(" in of way", us["note"])
         inch, force = 0.0254, 4.4482216152605
-        factors = {("kN", "lbf"): 1e3 / force, ("mm", "in"): 1e-3 / inch, ("m", "in"): 1 / inch, ("1/km", "1/in"): 1e-3 * inch, ("J/m", "lbf in/in"): 1 / force}
+        factors = {("kN", "lbf"): 1e3 / force, ("mm", "in"): 1e-3 / inch, ("m", "in"): 1 / inch, ("1/km", "1/in"): 1e-3 * inch, ("J/m", "lbf"): 1 / force}
         for (name, unit, over, x, y), (same, other, along, u, v) in zip(si["figures"], us["figures"]):
             self.assertEqual(name, same)
             self.assertAlmostEqual(v, y * factors.get((unit, other), 1), delta=1e-6 * abs(v) + 1e-12, msg=name)

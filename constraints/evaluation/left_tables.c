@@ -1,17 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables that a state leaves: values beyond the first or last point of a table are extrapolated, which a result must
- * admit. Laws and closures have a condition for each end of a table; outputs have the argument of each use among
- * their values. A table is doubted once for an evaluator. */
+/* Results say what makes a state doubtful. Values beyond the first or last point of a table are extrapolated, which a
+ * result must admit. Laws and closures have a condition for each end of a table; outputs have the argument of each use
+ * among their values. A table is doubted once for an evaluator. So is friction whose level is negative. */
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "model/data/flexible.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/flexible/body_spectrum.h"
 #include "model/language/expression_value.h"
+#include <math.h>
 #include <string.h>
 
 struct kmp_left_tables {
     bool *told;     /* of each table of the model: it has been doubted */
+    bool *said;     /* of each condition of another kind, likewise */
     double *change; /* of each condition at the last kmp_eval_leaves */
 };
 
@@ -19,6 +25,7 @@ kmp_left_tables *kmp_left_tables_new(const kempe_system *system, kmp_arena *aren
 {
     kmp_left_tables *left = KMP_ARENA_NEW(arena, kmp_left_tables, 1);
     return left && KMP_ARENA_MAKE(arena, KMP_ROOM(bool, system->model->table_count, &left->told),
+                                  KMP_ROOM(bool, system->events.count, &left->said),
                                   KMP_ROOM(double, system->events.count, &left->change))
                ? left
                : NULL;
@@ -68,7 +75,7 @@ bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const doubl
 {
     const kmp_events *events = &eval->system->events;
     for (int k = 0; k < events->count; k++)
-        if (events->condition[k].told) {
+        if (events->condition[k].told != KMP_TOLD_NOTHING) {
             if (qdd)
                 kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, eval->left_tables->change);
             else
@@ -79,17 +86,121 @@ bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const doubl
     return false;
 }
 
-const kmp_named_table *kmp_eval_next_left(const kmp_evaluator *eval, int *from, int *end, double *x)
+int kmp_eval_next_told(const kmp_evaluator *eval, int *from)
 {
     const kmp_events *events = &eval->system->events;
-    while (*from < events->count) {
-        const kmp_condition *c = &events->condition[*from];
-        const double change = eval->left_tables->change[(*from)++];
-        if (!c->told || !(change < 0))
-            continue;
-        *end = c->number - kmp_table_end_number(c->expr->table, 0);
-        *x = kmp_table_end(c->expr->table, *end) + (*end % 2 ? -change : change);
-        return c->expr->table;
+    const double *change = eval->left_tables->change;
+    for (; *from < events->count; ++*from)
+        if (events->condition[*from].told < KMP_TOLD_DEFLECTION &&
+            kmp_condition_tells(&events->condition[*from], change[*from], fabs(change[*from])))
+            return (*from)++;
+    return -1;
+}
+
+void kmp_eval_tell_condition(kmp_evaluator *eval, int k, double t)
+{
+    const kmp_condition *condition = &eval->system->events.condition[k];
+    const double value = eval->left_tables->change[k];
+    double x;
+    if (condition->told == KMP_TOLD_TABLE) {
+        const int end = kmp_told_end(condition, value, &x);
+        kmp_eval_tell_table(eval, condition->expr->table, end, x, t);
+        return;
     }
-    return NULL;
+    bool said = false;
+    for (int i = 0; i < eval->system->events.count; i++)
+        said = said || (eval->left_tables->said[i] &&
+                        kmp_conditions_tell_the_same(&eval->system->events.condition[i], condition));
+    eval->left_tables->said[k] = true;
+    if (!said)
+        kmp_doubt_condition(eval->system, condition, value, t);
+}
+
+void kmp_eval_put_told(const kmp_evaluator *eval, int k, double t, kmp_text *text)
+{
+    const kmp_condition *condition = &eval->system->events.condition[k];
+    const double value = eval->left_tables->change[k];
+    double x;
+    if (condition->told == KMP_TOLD_TABLE) {
+        const kmp_named_table *table = condition->expr->table;
+        const int end = kmp_told_end(condition, value, &x);
+        kmp_text_printf(text, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1),
+                        kmp_table_end(table, end | 1), t, kmp_table_advice(table));
+    } else {
+        kmp_text_printf(text, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
+    }
+}
+
+/* -- conditions ----------------------------------------------------------------------------------------- */
+
+bool kmp_condition_tells(const kmp_condition *condition, double value, double largest)
+{
+    return condition->told != KMP_TOLD_NOTHING &&
+           value < (condition->told == KMP_TOLD_LEVEL ? -KMP_LEVEL_ROUNDING * largest : 0);
+}
+
+bool kmp_conditions_tell_the_same(const kmp_condition *a, const kmp_condition *b)
+{
+    return a->told == b->told && (a->told == KMP_TOLD_TABLE ? a->expr->table == b->expr->table : a->of == b->of);
+}
+
+int kmp_told_end(const kmp_condition *condition, double value, double *x)
+{
+    const kmp_named_table *table = condition->expr->table;
+    const int end = condition->number - kmp_table_end_number(table, 0);
+    *x = kmp_table_end(table, end) + (end % 2 ? -value : value);
+    return end;
+}
+
+static void doubt_deflection(const kempe_system *s, const kmp_flexible *f, double value, double t)
+{
+    const double length = kmp_number_at(f->length, s->parameters);
+    kmp_doubt(
+        s->context,
+        "flexible body '%s' deflects by %.3g m at t = %.6g s, more than %.1f of its length; terms of second order "
+        "suffice up to there: divide it into %s",
+        s->model->bodies[f->body].name, KMP_DEFLECTION_LARGE * length * sqrt(1 - value), t, KMP_DEFLECTION_LARGE,
+        kmp_flexible_parts(f));
+}
+
+static void doubt_rotation(const kempe_system *s, const kmp_flexible *f, double value)
+{
+    kmp_flexible_spectrum own;
+    const double rate = kmp_flexible_fastest(f) * sqrt(1 - value);
+    const double first = kmp_flexible_spectrum_find(f, &own) ? own.fixed[0] : rate;
+    if (rate > first || !f->averaged)
+        kmp_doubt(
+            s->context,
+            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
+            "of second order its stiffness is lost at this speed; %s",
+            s->model->bodies[f->body].name, rate, first,
+            f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'");
+    else
+        kmp_doubt(s->context,
+                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
+                  "are right",
+                  s->model->bodies[f->body].name, rate, rate / first, f->doubt, KMP_ROTATION_AVERAGED);
+}
+
+void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t)
+{
+    double x;
+    int end;
+    switch (condition->told) {
+    case KMP_TOLD_TABLE:
+        end = kmp_told_end(condition, value, &x);
+        kmp_doubt_table(system->context, condition->expr->table, end, x, t);
+        break;
+    case KMP_TOLD_LEVEL:
+        kmp_doubt(system->context, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
+        break;
+    case KMP_TOLD_DEFLECTION:
+        doubt_deflection(system, condition->of, value, t);
+        break;
+    case KMP_TOLD_ROTATION:
+        doubt_rotation(system, condition->of, value);
+        break;
+    default:
+        break;
+    }
 }

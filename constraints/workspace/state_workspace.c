@@ -232,10 +232,10 @@ static void workspace_copy(kempe_workspace *ws)
     memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
-/* The message of a condition that ends runs, or of a table that the state leaves, unless one is there. */
+/* The message of a condition that ends runs, or of one that is told at the state, unless one is there. */
 static void note_doubt(kempe_workspace *ws)
 {
-    int from = 0, end;
+    int from = 0;
     const int broken = ws->message[0] == '\0'
                            ? kmp_eval_next_end(ws->eval, KMP_ENDS_OF_MODEL, ws->t, ws->q, ws->qd, NULL, NULL, &from)
                            : -1;
@@ -246,13 +246,15 @@ static void note_doubt(kempe_workspace *ws)
         kmp_text_free(&text);
     }
     from = 0;
-    double x;
-    const kmp_named_table *table = NULL;
-    if (ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL))
-        table = kmp_eval_next_left(ws->eval, &from, &end, &x);
-    if (table)
-        (void)kmp_workspace_fail(ws, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1),
-                                 kmp_table_end(table, end | 1), ws->t, kmp_table_advice(table));
+    const int told = ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL)
+                         ? kmp_eval_next_told(ws->eval, &from)
+                         : -1;
+    if (told >= 0) {
+        kmp_text text = {0};
+        kmp_eval_put_told(ws->eval, told, ws->t, &text);
+        (void)kmp_workspace_fail(ws, "%s", text.s ? text.s : "");
+        kmp_text_free(&text);
+    }
 }
 
 /* Modes of friction and contacts with the generalized forces Q. */

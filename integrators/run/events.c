@@ -22,15 +22,25 @@
 /* Of the range of a table: a motion that passes its end by less does not leave it. */
 #define AT_END 1e-6
 
+/* Beyond all numbers of a motion, with a finite square. */
+#define HUGE_NUMBER 1e100
+
 enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another one */
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
+/* True if the value of condition k is to be told. */
+static bool is_to_tell(const kmp_event_tracker *c, int k, double change)
+{
+    return kmp_condition_tells(&c->s->events.condition[k], change, c->past[k].largest);
+}
+
+/* Notes that a table is left, or a level negative, at one of the places that have been evaluated, or forgets it: it
+ * need not be found. */
 static void note_outside(kmp_event_tracker *c, const double *change)
 {
     for (int k = 0; c->tells && k < c->s->events.count; k++)
-        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
+        c->past[k].outside = change && (c->past[k].outside || is_to_tell(c, k, change[k]));
 }
 
 /* Completes the state at t and evaluates the conditions there, into a probe. */
@@ -85,34 +95,44 @@ static void note_peak(kmp_event_tracker *c, int k, double t, double size)
     v->count = v->count > 0 ? 2 : 1;
 }
 
-/* True if the table of condition k has been reported, at either of its ends and calls. */
+/* True if what condition k tells has been reported: of a table at either of its ends and calls, of a friction by any of
+ * its levels. */
 static bool is_told(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = c->s->events.condition;
     for (int i = 0; i < c->s->events.count; i++)
-        if (c->past[i].told && condition[i].expr->table == condition[k].expr->table)
+        if (c->past[i].told && kmp_conditions_tell_the_same(&condition[i], &condition[k]))
             return true;
     return false;
 }
 
-/* Reports the tables that the motion has left by an evaluation at t. */
+static void log_table(const kmp_event_tracker *c, const kmp_condition *condition, double value, double t)
+{
+    double x;
+    if (condition->told != KMP_TOLD_TABLE)
+        return;
+    const kmp_named_table *table = condition->expr->table;
+    const int end = kmp_told_end(condition, value, &x);
+    kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
+                    table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1));
+}
+
+/* Reports the tables that the motion has left, and the levels that are negative, by an evaluation at t. */
 static void event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
 {
-    for (int k = 0; k < c->s->events.count; k++) {
+    for (int k = 0; c->tells && k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
-        if (!condition->told || !(change[k] < 0))
+        if (condition->told == KMP_TOLD_LEVEL)
+            c->past[k].largest = fmax(c->past[k].largest, fabs(change[k]));
+        if (!is_to_tell(c, k, change[k]))
             continue;
         atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
-        if (is_told(c, k))
-            continue;
-        const kmp_named_table *table = condition->expr->table;
-        const int end = condition->number - kmp_table_end_number(table, 0);
-        const double first = kmp_table_end(table, end - end % 2), last = kmp_table_end(table, end - end % 2 + 1);
-        const double x = end % 2 ? last - change[k] : first + change[k];
+        const bool told = is_told(c, k);
         c->past[k].told = true;
-        kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
-                        table->name, x, first, last);
-        kmp_doubt_table(c->s->context, table, end, x, t);
+        if (told)
+            continue;
+        log_table(c, condition, change[k], t);
+        kmp_doubt_condition(c->s, condition, change[k], t);
     }
 }
 
@@ -210,16 +230,29 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
     run_bounds(c, few);
 }
 
+/* A motion that passes the value zero of what condition k tells by less does not pass it. */
+static double told_slack(const kmp_event_tracker *c, int k)
+{
+    const kmp_condition *condition = &c->s->events.condition[k];
+    if (condition->told == KMP_TOLD_LEVEL)
+        return KMP_LEVEL_ROUNDING * c->past[k].largest;
+    if (condition->told == KMP_TOLD_DEFLECTION)
+        return KMP_DEFLECTION_SLACK;
+    if (condition->told == KMP_TOLD_ROTATION)
+        return 0;
+    const kmp_named_table *table = condition->expr->table;
+    const int end = condition->number - kmp_table_end_number(table, 0);
+    return AT_END * (kmp_table_end(table, end | 1) - kmp_table_end(table, end & ~1));
+}
+
 static kmp_bound bound_of(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
     const kmp_condition *condition = &c->s->events.condition[k];
     kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
-    if (!condition->told)
+    if (condition->told == KMP_TOLD_NOTHING)
         return bound;
-    const int end = condition->number - kmp_table_end_number(condition->expr->table, 0);
-    const double slack =
-        AT_END * (kmp_table_end(condition->expr->table, end | 1) - kmp_table_end(condition->expr->table, end & ~1));
+    const double slack = told_slack(c, k);
     bound.low += slack;
     bound.high += slack;
     return c->past[k].told || c->past[k].outside ? kmp_bound_still(1) : bound;
@@ -231,13 +264,19 @@ static bool holds(const void *self, int k)
     return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
 }
 
-/* The end of a table is bounded until it has been left. */
+/* The end of a table is bounded until it has been left. Small deflections at both ends of a step are not bounded, and
+ * rates never are: steps resolve vibrations. */
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
     if (c->search.away.now && c->search.away.far[k])
         return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    if (c->s->events.condition[k].told == KMP_TOLD_ROTATION || c->never[k])
+        return false;
+    if (c->s->events.condition[k].told == KMP_TOLD_DEFLECTION &&
+        fmin(c->search.ends[0]->change[k], c->search.ends[1]->change[k]) > KMP_DEFLECTION_SMALL)
+        return false;
     return c->kind[k] == KMP_CONDITION_TOLD ||
            kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
 }
@@ -485,6 +524,8 @@ bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, 
 {
     c->search.pieces.self = c;
     c->search.stills = false;
+    c->search.ends[0] = a;
+    c->search.ends[1] = b;
     forget_far(c);
     note_outside(c, NULL);
     note_outside(c, b->change);
@@ -553,6 +594,8 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
     KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
     s->stills = false;
+    s->ends[0] = &s->pieces.look[0];
+    s->ends[1] = &s->pieces.look[1];
     watch_far(c, &(kmp_step_piece){&s->pieces.look[0], NULL, &s->pieces.look[1]});
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
@@ -601,6 +644,20 @@ static double place_size(const kempe_system *s, const kmp_condition *condition)
     return 1;
 }
 
+/* Finds the levels that are not negative by their form, such as constants and multiples of sizes of loads: bounds over
+ * steps of these need no search. */
+static void find_never(kmp_event_tracker *c)
+{
+    const kmp_bound any = {-HUGE_NUMBER, HUGE_NUMBER, -HUGE_NUMBER, HUGE_NUMBER};
+    kmp_event_search *s = &c->search;
+    for (int k = 0; k < c->s->changes->input_count; k++)
+        kmp_bounds_set(s->bounds, k, any);
+    kmp_bounds_run(s->bounds, true);
+    for (int k = 0; k < c->s->events.count; k++)
+        c->never[k] = c->s->events.condition[k].told == KMP_TOLD_LEVEL && !s->bounds->given[s->output[k]] &&
+                      kmp_bounds_get(s->bounds, s->output[k]).low >= 0;
+}
+
 kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *a)
 {
     const kempe_system *system = plan->system;
@@ -618,12 +675,12 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     for (int k = 0; c->kind && k < count; k++) {
         const kmp_condition *x = &system->events.condition[k];
         c->kind[k] = x->role == KMP_ROLE_SENSE || x->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES
+                     : x->told != KMP_TOLD_NOTHING                         ? KMP_CONDITION_TOLD
                      : x->role != KMP_ROLE_NONE                            ? KMP_CONDITION_NUMBER
-                     : x->told                                             ? KMP_CONDITION_TOLD
                      : x->kink                                             ? KMP_CONDITION_KINK
                      : x->ends                                             ? KMP_CONDITION_ENDS
                                                                            : KMP_CONDITION_SWITCHES;
-        c->tells = c->tells || x->told;
+        c->tells = c->tells || x->told != KMP_TOLD_NOTHING;
     }
     c->size = KMP_ARENA_NEW(a, double, count);
     for (int k = 0; c->size && k < count; k++)
@@ -632,9 +689,10 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
                         KMP_ROOM(double, count, &c->change, &c->before),
-                        KMP_ROOM(bool, count, &c->located, &c->beyond)) ||
+                        KMP_ROOM(bool, count, &c->located, &c->beyond, &c->never)) ||
         !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
+    find_never(c);
     kmp_event_tracker_begin_past(system, c->past);
     kmp_event_tracker_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
     return c;
@@ -712,6 +770,7 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
 
 void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t)
 {
+    event_tracker_tell(c, t, c->change);
     for (int k = 0; k < c->s->events.count; k++)
         if (c->s->events.condition[k].at_start && c->change[k] < 0) {
             atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
@@ -730,7 +789,6 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, t));
     kmp_event_tracker_hold_free(c, NULL, c->change);
-    event_tracker_tell(c, t, c->change);
     kmp_event_tracker_mark_start(c, t);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;

@@ -31,8 +31,9 @@ typedef struct kmp_event_search {
     bool *third, *open;
     kmp_piece_search pieces; /* states in looks: q, qd, qdd (n each), lambda (m); the last two only if conditions depend
                               * on rates, or on qdd and lambda */
-    double event;            /* time of the last one found */
-    int solved[2];           /* numbers, for all conditions and for late ones; the first output of each */
+    const kmp_event_probe *ends[2]; /* of the present step */
+    double event;                   /* time of the last one found */
+    int solved[2];                  /* numbers, for all conditions and for late ones; the first output of each */
     int first_solved[2];
     bool ready;  /* the evaluation at the end of the last step is still valid: accelerations are unchanged */
     long charts; /* version of the charts in the bounds' constants */
@@ -95,6 +96,7 @@ typedef struct kmp_event_tracker {
     kmp_condition_past *past;      /* of each condition */
     double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     bool stuck;                    /* a condition changed back and forth without end */
+    bool *never;                   /* of each condition: a level that is not negative for any numbers */
     bool tells;                    /* ends of tables are among the conditions */
     bool *stays;                   /* of each condition: it is not evaluated until the next event */
     bool *beyond;                  /* of each condition: the present event has passed it */
@@ -163,7 +165,8 @@ void kmp_event_tracker_put_beyond(const kmp_event_tracker *tracker, double t, do
  * side in an evaluation before (NULL: there is none) stays free. */
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change);
 
-/** Logs the conditions of which a run warns, where they hold at the start of the run, and notes them for ensembles. */
+/** Doubts the start of the run for the conditions that are told there, and logs the conditions of which a run warns,
+ * where they hold; notes them for ensembles. */
 void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Many instances that are advanced by the caller: as steppers with the same inputs, with the same bits for any lanes and threads."""
 
+import warnings
+
 import kempe
 import numpy as np
 import pytest
@@ -106,3 +108,22 @@ def test_mistakes(cart):
         cart.ensemble_stepper(0, "q", t_end=1)
     with pytest.raises(kempe.ArgumentError, match="nothing"):
         cart.ensemble_stepper(1, "nothing", t_end=1)
+
+
+@pytest.mark.parametrize("lanes, threads", [(0, 1), (0, 2), (-1, 2)])
+def test_doubts_are_said_once(lanes, threads):
+    """A warning says once that instances are not trustworthy, and why, by the end of the step in which it happens."""
+    slide = {"bodies": {"a": {"joint": {"name": "X", "prismatic": "x", "at": "ground"}, "mass": 1}}, "start": {"qd": {"X": 1}}}
+    pushes = {"kempe": 1, **slide, "forces": {"f": {"joint": "X", "friction": {"force": "0.5*cos(4*t)"}}}}
+    leaves = {"kempe": 1, **slide, "tables": {"law": {"x": [0, 0.2, 0.5], "y": [0, 1, 0], "method": "linear"}}, "forces": {"f": {"joint": "X", "force": "law(t)"}}}
+    for text, said in ((pushes, "friction 'f' has a negative level in instances"), (leaves, "instances use table 'law' above 0.5")):
+        many = kempe.Model.from_dict(text).ensemble_stepper(6, "q", lanes, t_end=2, threads=threads)
+        for k in range(6):
+            many.begin(k)
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            counts = []
+            for t in 0.3, 0.9, 1.5:
+                many.advance(np.full(6, t))
+                counts.append(sum(said in str(one.message) for one in heard))
+        assert counts[1:] == [1, 1]

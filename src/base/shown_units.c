@@ -106,6 +106,16 @@ static double convert(kmp_unit_system system, const char *unit, kmp_text *name)
     return factor;
 }
 
+/* Energies and moments over lengths are forces: "lbf in/in" is lbf, and "lbf in/in^2" is lbf/in. */
+static void cancel_inches(char *name)
+{
+    static const char over[] = " in/in";
+    char *at = strstr(name, over), *behind = at ? at + sizeof over - 1 : NULL;
+    if (!at || (*behind && *behind != '^') || (*behind && (behind[1] != '2' || behind[2])))
+        return;
+    (void)memcpy(at, *behind ? "/in" : "", *behind ? 4 : 1);
+}
+
 kmp_shown kmp_shown_units_get(kmp_shown_units *made, kmp_shown_in in, const char *unit)
 {
     static const char *const angles[][2] = {{"rad", "deg"}, {"rad/s", "deg/s"}, {"rad/s^2", "deg/s^2"}};
@@ -119,6 +129,8 @@ kmp_shown kmp_shown_units_get(kmp_shown_units *made, kmp_shown_in in, const char
             return (kmp_shown){made->list[k].name, made->list[k].factor};
     kmp_text name = {0};
     const double factor = convert(in.system, unit, &name);
+    if (name.s)
+        cancel_inches(name.s);
     made_unit *list = kmp_list_room(made->list, (size_t)made->count, sizeof *list);
     made->list = list ? list : made->list;
     made_unit one = {kmp_strdup(unit), in.system, *unit ? kmp_text_take(&name) : kmp_strdup(""), factor};

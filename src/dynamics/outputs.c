@@ -11,6 +11,7 @@
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/bearing_forces.h"
 #include "dynamics/kinematics/cam_contact.h"
+#include "dynamics/kinematics/deformation.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
@@ -325,6 +326,8 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     bool settled = eq->tree.conditions.settled;
     KMP_TRY(kmp_joint_loads_begin(eq, false));
     KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
+    for (int k = 0; !settled && k < eq->model->flexible_count; k++)
+        kmp_flexible_watch(&eq->tree, &eq->model->flexibles[k]);
     eq->tree.conditions.settled = true;
     eq->tree.uses = &eq->outputs.uses;
     /* In the order of the model. */

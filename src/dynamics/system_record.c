@@ -79,18 +79,18 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->text = text ? kmp_strdup(text) : NULL;
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
-    int flags = kmp_bytes_take_int(b, 0, 1024 * KMP_ROLE_END - 1);
+    int flags = kmp_bytes_take_int(b, 0, 512 * KMP_ROLE_END - 1);
+    c->told = (kmp_told)kmp_bytes_take_int(b, 0, KMP_TOLD_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;
     c->measured = flags >> 3 & 1;
     c->bend = flags >> 4 & 1;
-    c->told = flags >> 5 & 1;
-    c->rough = flags >> 6 & 1;
-    c->by_rates = flags >> 7 & 1;
-    c->at_start = flags >> 8 & 1;
-    c->silent = flags >> 9 & 1;
-    c->role = (kmp_role)(flags >> 10);
+    c->rough = flags >> 5 & 1;
+    c->by_rates = flags >> 6 & 1;
+    c->at_start = flags >> 7 & 1;
+    c->silent = flags >> 8 & 1;
+    c->role = (kmp_role)(flags >> 9);
     kmp_bytes_take(b, &c->lag, sizeof c->lag);
     b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
@@ -114,9 +114,9 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_text(b, c->text);
         kmp_bytes_put_text(b, c->advice);
         kmp_bytes_put_text(b, s->event_text[k]);
-        kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                                 c->rough << 6 | c->by_rates << 7 | c->at_start << 8 | c->silent << 9 |
-                                 (int)c->role << 10);
+        kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->rough << 5 |
+                                 c->by_rates << 6 | c->at_start << 7 | c->silent << 8 | (int)c->role << 9);
+        kmp_bytes_put_int(b, (int)c->told);
         kmp_bytes_put(b, &c->lag, sizeof c->lag);
     }
 }

@@ -20,6 +20,7 @@
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 typedef struct one_instance {
@@ -62,6 +63,7 @@ struct kempe_ensemble_stepper {
     double *q, *qd;         /* count x n */
     kmp_team *team;
     ensemble_step step;
+    bool *told; /* of each condition and end of a use of a table: instances have been doubted for it */
 };
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -160,7 +162,9 @@ static kempe_status make(kempe_ensemble_stepper *s, const kempe_run_options *run
         p->count = (int)((long)s->count * (k + 1) / s->part_count) - p->first;
         KMP_TRY(make_part(s, p, run, lanes, outputs));
     }
-    return KEMPE_OK;
+    const kempe_system *system = s->part->engine->s;
+    s->told = KMP_ARENA_NEW(&s->arena, bool, system->events.count + 2 * system->use_count + 1);
+    return kmp_made(system->context, s->told);
 }
 
 kempe_status kempe_ensemble_stepper_new(const kempe_model *model, const kempe_run_options *run, int count, int lanes,
@@ -461,6 +465,20 @@ static kempe_status check_step(const kempe_ensemble_stepper *s, const ensemble_s
     return KEMPE_OK;
 }
 
+/* Doubts instances, once for each reason, whatever instances it is of. */
+static void tell_marks(kempe_ensemble_stepper *s)
+{
+    const kempe_system *system = s->part->engine->s;
+    for (int k = 0; k < system->events.count + 2 * system->use_count; k++) {
+        bool left = false;
+        for (int p = 0; kmp_ensemble_has_mark(system, k) && p < s->part_count; p++)
+            left = atomic_exchange(&s->part[p].engine->s->left[k], false) || left;
+        if (left && !s->told[k])
+            (void)kmp_ensemble_tell_mark(system, kmp_model_context(s->model), k);
+        s->told[k] = s->told[k] || left;
+    }
+}
+
 kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *s, const double *t, int input_count,
                                             const int *inputs, const double *values, double *outputs)
 {
@@ -480,6 +498,7 @@ kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *s, const dou
         if (s->part[k].status != KEMPE_OK)
             return tell(&s->part[k], s->part[k].status);
     kmp_context_clear(context);
+    tell_marks(s);
     return kmp_interrupted(context) ? KEMPE_STOPPED : KEMPE_OK;
 }
 

@@ -170,7 +170,7 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
         kmp_text_printf(
             text,
             "do not trust %ld of %ld instances: a flexible body of instance %ld deflects by more than %.1f of "
-            "its length at the end; divide it into 'segments'\n",
+            "its length; divide it into 'segments'\n",
             s->deflected, s->count, s->first_deflected + 1, KMP_DEFLECTION_LARGE);
     if (s->not_converged > 0 && isinf(s->difference))
         kmp_text_printf(text,

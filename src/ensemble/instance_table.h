@@ -40,7 +40,7 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 /** The word where deformations start in a balance that is not stable. */
 #define KMP_BALANCE_UNSTABLE "unstable balance"
 
-/** The word of the column `verdict` where a flexible body has a deflection at the end that its shapes are not right
+/** The word of the column `verdict` where a flexible body has had a deflection that its shapes are not right
  * for.
  */
 #define KMP_DEFLECTED_FAR "deflected too far"

@@ -601,6 +601,12 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
+/* Forces are in kN where the chosen system of units leaves them in N. */
+static kmp_shown force_shown(const kempe_model *model)
+{
+    return kmp_print_customary(model->context, "N", (kmp_shown){"kN", 1e-3});
+}
+
 /* The answer in a line: wheels without load, and the wheels and the axle that come closest to their limits. */
 static void show_answer(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
 {
@@ -644,10 +650,12 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
     if (worst)
         kmp_text_printf(&words, "; largest Y/Q over 2 m %.3f of %.3f ('%s')", worst->mean.value, worst->nadal,
                         model->wheels[worst - s->wheel].name);
+    const kmp_shown force = force_shown(model);
     if (axle)
-        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g kN ('%s' and '%s')",
-                        kmp_print_clean(axle->mean.value / 1e3, KMP_PRINT_NOISE * axle->limit), axle->limit / 1e3,
-                        model->wheels[axle->left].name, model->wheels[axle->right].name);
+        kmp_text_printf(&words, "; largest sum of Y %.4g of %.4g %s ('%s' and '%s')",
+                        kmp_print_clean(axle->mean.value * force.factor, KMP_PRINT_NOISE * axle->limit),
+                        axle->limit * force.factor, force.unit, model->wheels[axle->left].name,
+                        model->wheels[axle->right].name);
     kmp_print_wrapped(text, "safety    ", 10, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
 }
@@ -656,6 +664,8 @@ static void show_answer(kmp_text *text, const kempe_model *model, const kmp_runn
 static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
 {
     const kmp_running_safety *s = verdict;
+    const kmp_shown force = force_shown(model), wear = kmp_shown_as(model->context, "J/m");
+    const int wide = (int)fmax(6, 4 + (double)strlen(force.unit)); /* of loads; SI has few digits */
     int width = 4;
     if (s->too_long)
         kmp_text_put(text, "safety    not evaluated: the dense output of the run needs too much memory; use a shorter\n"
@@ -666,14 +676,14 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
         width = (int)fmax(width, (double)strlen(model->wheels[w].name));
     show_answer(text, model, s);
     kmp_text_printf(
-        text, "running   %-*s  Q0, kN  (Q0-Q)/Q0     t, s  at %g Hz  max Y/Q  over 2 m     t, s  Nadal  flange, deg\n",
-        width, "", KMP_SAFETY_CUTOFF);
+        text, "running   %-*s  %*s%s  (Q0-Q)/Q0     t, s  at %g Hz  max Y/Q  over 2 m     t, s  Nadal  flange, deg\n",
+        width, "", wide - (int)strlen(force.unit), "Q0, ", force.unit, KMP_SAFETY_CUTOFF);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_print_cells(text, "          %-*s  %6.2f  %9.3f  %7.3f  %8.3f  %7.3f  %8.3f  %7.3f  %5.3f  %11.2f%s\n",
-                        width, model->wheels[w].name, wheel->load / 1e3, wheel->unloading.value, wheel->unloading.t,
-                        wheel->smooth_unloading.value, wheel->ratio.value, wheel->mean.value, wheel->mean.t,
-                        wheel->nadal, degrees * wheel->flange,
+        kmp_print_cells(text, "          %-*s  %*.2f  %9.3f  %7.3f  %8.3f  %7.3f  %8.3f  %7.3f  %5.3f  %11.2f%s\n",
+                        width, model->wheels[w].name, wide, wheel->load * force.factor, wheel->unloading.value,
+                        wheel->unloading.t, wheel->smooth_unloading.value, wheel->ratio.value, wheel->mean.value,
+                        wheel->mean.t, wheel->nadal, degrees * wheel->flange,
                         wheel->mean.value > wheel->nadal ? "  above the limit" : "");
     }
     for (int k = 0; k < s->axles; k++) {
@@ -681,22 +691,25 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
         kmp_text_printf(text, "          '%s' and '%s': ", model->wheels[axle->left].name,
                         model->wheels[axle->right].name);
         if (isfinite(axle->mean.value))
-            kmp_text_printf(text, "sum of Y over 2 m %.3f kN at t = %.6g s", axle->mean.value / 1e3, axle->mean.t);
+            kmp_text_printf(text, "sum of Y over 2 m %.3f %s at t = %.6g s", axle->mean.value * force.factor,
+                            force.unit, axle->mean.t);
         else
             kmp_text_put(text, "sum of Y over 2 m: unknown");
         if (isfinite(axle->limit))
-            kmp_text_printf(text, ", Prud'homme's limit %.3f kN%s", axle->limit / 1e3,
+            kmp_text_printf(text, ", Prud'homme's limit %.3f %s%s", axle->limit * force.factor, force.unit,
                             axle->mean.value > axle->limit ? ", above the limit" : "");
         kmp_text_put(text, "\n");
     }
-    kmp_text_printf(text, "          %-*s  T gamma, J/m: mean   largest      t, s\n", width, "");
+    kmp_text_printf(text, "          %-*s  T gamma, %s: mean   largest      t, s\n", width, "", wear.unit);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_print_cells(text, "          %-*s  %17.2f  %8.1f  %8.3f\n", width, model->wheels[w].name, wheel->wear,
-                        wheel->most_wear.value, wheel->most_wear.t);
+        kmp_print_cells(text, "          %-*s  %*.3g  %8.3g  %8.3f\n", width, model->wheels[w].name,
+                        15 + (int)strlen(wear.unit), wheel->wear * wear.factor, wheel->most_wear.value * wear.factor,
+                        wheel->most_wear.t);
     }
     kmp_text words = {0};
-    kmp_text_printf(&words, "%.6g m travelled; Q0 %s", s->way, kmp_safety_loads_from(s));
+    kmp_print_quantity(&words, model->context, 6, s->way, "m");
+    kmp_text_printf(&words, " travelled; Q0 %s", kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)
         kmp_text_printf(&words, ", together %.3f of the weight", s->carried);
     kmp_text_printf(&words, "; sampling error %.1e (%d samples)", s->difference, s->samples);

@@ -728,21 +728,80 @@ bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
 forces: {f: {joint: X, force: f(t)}}
 run: {t_end: 1}
 """
+PUSHES = """kempe: 1
+inputs: {level: {default: 0.1, unit: N}}
+bodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}
+forces: {rub: {joint: X, friction: {force: level}}}
+start: {qd: {X: 1}}
+run: {t_end: 1}
+"""
 
 
 def check_doubts(kempe, folder, has_library):
-    """A unit warns, once, that its motion leaves a table, in which a run is not to be trusted."""
+    """A unit warns, once, that its motion leaves a table, or that an input makes friction push: a run is then not to be trusted."""
     (folder / "leaves.yaml").write_text(LEAVES)
+    (folder / "pushes.yaml").write_text(PUSHES)
     for fmi in (2, 3):
         for options in ((), ("--binary",))[:1 + has_library]:
-            file = folder / f"leaves{fmi}{len(options)}.fmu"
-            subprocess.run([kempe, "fmu", folder / "leaves.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
-                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+            for model in "leaves", "pushes":
+                file = folder / f"{model}{fmi}{len(options)}.fmu"
+                subprocess.run([kempe, "fmu", folder / f"{model}.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                                *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+                unit = Unit(fmi, file, folder / file.stem)
+                instance = unit.started("cs")
+                for k in range(4):
+                    if model == "pushes":
+                        unit.set(instance, [unit.reference["level"]], [-0.3 if k == 2 else 0.1])
+                    instance.doStep(0.1 * k, 0.1)
+                    told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
+                    check(len(told) == (model == "leaves" or k >= 2), file.name, "does not say once why it is not to be trusted", k, unit.said)
+                instance.freeInstance()
+                if options:
+                    continue
+                unit.said.clear()
+                instance = unit.started("me")
+                if model == "pushes":
+                    unit.set(instance, [unit.reference["level"]], [-0.3])
+                instance.enterContinuousTimeMode()
+                for k in range(3):
+                    instance.setTime(0.02 * k)
+                    instance.completedIntegratorStep()
+                told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
+                check(len(told) == 1, file.name, "does not say once at steps of the importer why it is not to be trusted", unit.said)
+                instance.freeInstance()
+
+
+MOVED = """kempe: 1
+inputs: {u: {unit: rad}}
+bodies:
+  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {P: [1, 0, 0]}}
+  b: {joint: {name: B, revolute: z, at: a.P}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}
+drives: {d: {joint: A, angle: u}}
+run: {t_end: 1}
+"""
+
+
+def check_moved(kempe, folder, has_library):
+    """Co-simulation by sources refuses an input that moves a joint: by a jump, or by its rate. Unchanged it is no obstacle; the library follows it."""
+    (folder / "moved.yaml").write_text(MOVED)
+    for fmi in (2, 3):
+        for options in ((), ("--binary",))[:1 + has_library]:
+            file = folder / f"moved{fmi}{len(options)}.fmu"
+            subprocess.run([kempe, "fmu", folder / "moved.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
+                            *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             unit = Unit(fmi, file, folder / file.stem)
+            u, rates = [unit.reference["u"]], [unit.reference["u.d"], unit.reference["u.dd"]]
             instance = unit.started("cs")
-            for k in range(4):
-                instance.doStep(0.1 * k, 0.1)
-            check(len([line for line in unit.said if "beyond" in line]) == 1, file.name, "does not say that a table is left", unit.said)
+            instance.doStep(0, 0.1)
+            if options:
+                unit.set(instance, rates, [0, 2])
+                instance.doStep(0.1, 0.1)
+                check(abs(unit.get(instance, [unit.reference["q.A"]])[0] - 0.01) < 1e-12, file.name, "does not follow an input that moves a joint")
+            else:
+                for references, values in ((u, [0.01]), (rates, [0, 2])):
+                    unit.set(instance, references, values)
+                    unit.refused("an input that moves a joint", "moves closure 'd'", lambda: instance.doStep(0.1, 0.1))
+                instance.doStep(0.1, 0.1)
             instance.freeInstance()
 
 
@@ -804,6 +863,7 @@ def main():
             if model == "four_bar":
                 check_without_states(kempe, folder)
                 check_doubts(kempe, folder, has_library)
+                check_moved(kempe, folder, has_library)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

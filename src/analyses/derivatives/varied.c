@@ -116,10 +116,54 @@ static void predict_from(kmp_sensitivity_equations *v, const kmp_sensitivity_equ
         v->q[part->u[k]] = u[k];
 }
 
+/* Of the size of a coordinate: the most that it moves between two positions on the way to another. */
+#define WAY_AT_ONCE 0.3
+
+/* The nearer anchor. */
+static const kmp_sensitivity_equations_place *nearer(const kmp_sensitivity_equations *v, double t)
+{
+    return &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)];
+}
+
 /* Predicts from the nearer anchor. */
 static void predict(kmp_sensitivity_equations *v, double t, const double *u)
 {
-    predict_from(v, &v->anchor[fabs(t - v->anchor[1].t) < fabs(t - v->anchor[0].t)], t, u);
+    predict_from(v, nearer(v, t), t, u);
+}
+
+/* Closes the loops on the way from an anchor to (t, u) in parts, each predicted from the two before it, into v->q.
+ * False where a coordinate moves by more than a part of its size at once: it could come to another position. */
+static bool walk(kmp_sensitivity_equations *v, const kmp_sensitivity_equations_place *at, double t, const double *u,
+                 int parts)
+{
+    const kmp_partition *part = &v->linear.part;
+    double *before = v->shift;
+    bool closed = true;
+    memcpy(v->q, at->q, (size_t)v->n * sizeof *v->q);
+    memcpy(before, at->q, (size_t)v->n * sizeof *before);
+    for (int k = 1; closed && k <= parts; k++) {
+        const double now = at->t + (t - at->t) * k / parts;
+        for (int i = 0; i < v->n; i++) {
+            const double q = v->q[i];
+            v->q[i] += k == 1 ? (now - at->t) * at->drift[i] : q - before[i];
+            before[i] = q;
+        }
+        for (int i = 0; i < part->p; i++)
+            v->q[part->u[i]] = at->q[part->u[i]] + (u[i] - at->q[part->u[i]]) * k / parts;
+        closed = !kmp_reduction_close(&v->linear.red, now, v->q, NULL, 0);
+        for (int i = 0; closed && i < v->n; i++)
+            closed = fabs(v->q[i] - before[i]) <= WAY_AT_ONCE * v->system->scale[i];
+    }
+    return closed;
+}
+
+bool kmp_sensitivity_equations_walk(kmp_sensitivity_equations *varied, double t, const double *u)
+{
+    enum { FEW = 8, MANY = 512 };
+    bool closed = false;
+    for (int parts = FEW; !closed && parts <= MANY; parts *= FEW)
+        closed = walk(varied, nearer(varied, t), t, u, parts);
+    return closed;
 }
 
 double kmp_sensitivity_equations_miss(kmp_sensitivity_equations *varied, const double *u)
@@ -135,7 +179,8 @@ double kmp_sensitivity_equations_miss(kmp_sensitivity_equations *varied, const d
 int kmp_sensitivity_equations_position(kmp_sensitivity_equations *varied, double t, const double *u, double *q)
 {
     predict(varied, t, u);
-    if (kmp_reduction_close(&varied->linear.red, t, varied->q, NULL, 0))
+    if (kmp_reduction_close(&varied->linear.red, t, varied->q, NULL, 0) &&
+        !kmp_sensitivity_equations_walk(varied, t, u))
         return KMP_RETRY;
     memcpy(q, varied->q, (size_t)varied->n * sizeof *q);
     return KMP_GO;

@@ -61,6 +61,11 @@ int kmp_sensitivity_equations_position(kmp_sensitivity_equations *varied, double
  * derivatives. KMP_GO, or KMP_RETRY where loops do not close. No allocation, also in the functions below. */
 int kmp_sensitivity_equations_at(kmp_sensitivity_equations *varied, double t, const double *u, const double *ud);
 
+/** Closes the loops at (t, u) within an accepted step into varied->q, in parts on the way from its nearer end: for a
+ * place from which the prediction is too far away, as within a step of half a turn of a driven motion. False: they do
+ * not close, or only with jumps. */
+bool kmp_sensitivity_equations_walk(kmp_sensitivity_equations *varied, double t, const double *u);
+
 /** Takes a state like kmp_sensitivity_equations_at, with q (n) near the closed state in place of the prediction. */
 int kmp_sensitivity_equations_near(kmp_sensitivity_equations *varied, double t, const double *q, const double *ud);
 

@@ -42,6 +42,8 @@ int kmp_forward_first_other_mode(const kmp_forward_formulation *f, const double 
  * from there.
  */
 #define FARTHEST 0.3
+/* The same where drives move contacts or other conditions, which a step may go by FARTHEST. */
+#define NEAR_FOR_EVENTS 1e-3
 /* Finer tolerances are impossible near a singular position. */
 #define ZONE_RTOL 1e-9
 
@@ -217,6 +219,8 @@ int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, 
     kmp_linear *l = &f->v->linear;
     l->plain = f->count == 0 || !whole;
     int said = kmp_forward_come_to(f, t, y);
+    if (said != KMP_GO && !f->zone && kmp_sensitivity_equations_walk(f->v, t, y))
+        said = kmp_sensitivity_equations_near(f->v, t, f->v->q, rows_of(f, y + kmp_forward_blocks(f), f->ud));
     l->plain = f->count == 0;
     if (said != KMP_GO && f->formulation.reason.length == 0)
         kmp_text_printf(&f->formulation.reason, "the loops do not close at t = %.9g", t);
@@ -317,6 +321,20 @@ static void say_change_point(kmp_forward_formulation *f, double t)
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
+/* True if a step is too long for the search of events between its ends: drives move conditions, whatever the errors of
+ * the unknowns, which may be none. A step over a whole rise of a cam would not see it. */
+static bool passes_events(const kmp_forward_formulation *f, const double *y)
+{
+    const kempe_system *s = f->system;
+    const double *from = f->v->anchor[0].q, *to = f->v->linear.q;
+    bool any = false, far = kmp_sensitivity_equations_miss(f->v, y) > NEAR_FOR_EVENTS;
+    for (int k = 0; k < s->events.count && s->rheonomic; k++)
+        any = any || s->events.condition[k].told == KMP_TOLD_NOTHING;
+    for (int i = 0; i < f->n; i++)
+        far = far || fabs(to[i] - from[i]) > FARTHEST * s->scale[i];
+    return any && far;
+}
+
 /* Accepts a step: it must not have jumped over a dead centre of u; evaluated last. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
@@ -341,7 +359,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         size_t count = (size_t)kmp_block_count(l->red.block);
         bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
         f->crossed = f->crossed || crosses;
-        if (crosses || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST)
+        if (crosses || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST || passes_events(f, y))
             return KMP_RETRY;
     }
     if (f->options->alone && l->red.r > 0 && kmp_rank_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {

@@ -7,8 +7,13 @@
  *
  * from constants b, S, Z0, T, P0 (kmp_flexible). All that is of second order in q is in the quadratic functions eta. */
 #include "dynamics/kinematics/deformation.h"
+#include "constraints/tolerances.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/body.h"
+#include "model/flexible/body_spectrum.h"
+#include <math.h>
 
 static kmp_ref coordinate(const kmp_tree *tree, const kmp_flexible *f, int k, bool rate)
 {
@@ -148,6 +153,89 @@ static bool is_nothing(const kmp_number *numbers, int count)
     return nothing;
 }
 
+/* A number that moves with the coordinates: sum_k linear_k q_k + q' more q / 2. `bent`: n, for more q. */
+static kmp_ref value_by_coordinates(const kmp_tree *tree, const kmp_flexible *f, const kmp_number *linear,
+                                    const kmp_ref *bent)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref value = KMP_ZERO;
+    for (int k = 0; k < f->count; k++) {
+        const kmp_ref number = kmp_tree_number(tree, &linear[k]);
+        const kmp_ref mean = kmp_add(g, number, kmp_mul(g, kmp_const(g, 0.5), bent[k]));
+        value = kmp_add(g, value, kmp_mul(g, mean, coordinate(tree, f, k, false)));
+    }
+    return value;
+}
+
+/* The square of the displacement of a station. */
+static kmp_ref deflected(const kmp_tree *tree, const kmp_flexible *f, const kmp_station *station, kmp_ref *bent)
+{
+    kmp_graph *g = tree->graph;
+    const ptrdiff_t n = f->count;
+    kmp_ref square = KMP_ZERO;
+    for (int axis = 0; axis < 3; axis++) {
+        apply_symmetric(tree, f, station->shift_more + axis * n * n, false, bent);
+        const kmp_ref way = value_by_coordinates(tree, f, station->shift + axis * n, bent);
+        square = kmp_add(g, square, kmp_mul(g, way, way));
+    }
+    return square;
+}
+
+kmp_ref kmp_flexible_margin(const kmp_tree *tree, const kmp_flexible *f)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref *bent, most = KMP_ZERO;
+    KMP_GRAPH_MAKE(g, KMP_ROOM(kmp_ref, f->count + 1, &bent));
+    if (kmp_graph_failed(g))
+        return KMP_ZERO;
+    for (int s = 0; s < f->station_count; s++)
+        most = kmp_binary(g, KMP_OP_MAX, most, deflected(tree, f, &f->stations[s], bent));
+    for (int k = 0; k < f->count && f->station_count == 1; k++) {
+        const kmp_ref way = coordinate(tree, f, k, false);
+        if (!kmp_model_motion(tree->model, f->first + k)->rotation)
+            most = kmp_binary(g, KMP_OP_MAX, most, kmp_mul(g, way, way));
+    }
+    const kmp_ref limit = kmp_mul(g, kmp_const(g, KMP_DEFLECTION_LARGE), kmp_tree_number(tree, f->length));
+    return kmp_sub(g, KMP_ONE, kmp_div(g, most, kmp_mul(g, limit, limit)));
+}
+
+kmp_ref kmp_flexible_rate_margin(const kmp_tree *tree, const kmp_flexible *f)
+{
+    kmp_graph *g = tree->graph;
+    const double fastest = kmp_flexible_fastest(f);
+    kmp_ref most = KMP_ZERO;
+    for (int b = f->body; b > 0; b = kmp_model_body(tree->model, b)->parent)
+        for (int k = 0; k < kmp_model_body(tree->model, b)->motion_count; k++) {
+            const int motion = kmp_model_body(tree->model, b)->first_motion + k;
+            const kmp_ref rate = kmp_input(g, KMP_IN_QD, (uint32_t)motion);
+            if (kmp_model_motion(tree->model, motion)->rotation)
+                most = kmp_binary(g, KMP_OP_MAX, most, kmp_mul(g, rate, rate));
+        }
+    return kmp_sub(g, KMP_ONE, kmp_mul(g, kmp_const(g, 1 / (fastest * fastest)), most));
+}
+
+/* The numbers of both conditions are their reasons. */
+static void watch_for(const kmp_tree *tree, const kmp_flexible *f, kmp_told told, const char *words, double limit)
+{
+    kmp_events *events = tree->conditions.events;
+    kmp_text text = {0};
+    if (f->count == 0 || !events || kmp_events_find(events, f, (int)told) >= 0)
+        return;
+    kmp_text_printf(&text, "flexible body '%s' %s %.4g%s", kmp_model_body(tree->model, f->body)->name, words, limit,
+                    told == KMP_TOLD_DEFLECTION ? " of its length" : " rad/s");
+    const kmp_condition condition = {.of = f, .number = (int)told, .told = told, .text = kmp_text_take(&text)};
+    if (kmp_events_add(events, condition) < 0)
+        kmp_graph_fail(tree->graph);
+}
+
+void kmp_flexible_watch(const kmp_tree *tree, const kmp_flexible *f)
+{
+    const double fastest = kmp_flexible_fastest(f);
+    watch_for(tree, f, KMP_TOLD_DEFLECTION, "deflects by more than", KMP_DEFLECTION_LARGE);
+    if (isfinite(fastest))
+        watch_for(tree, f, KMP_TOLD_ROTATION, "turns with more than", fastest);
+}
+
 bool kmp_guide_make(const kmp_tree *tree, const kmp_flexible *f, const kmp_number *linear, const kmp_number *more,
                     double sign, kmp_guide *guide, kmp_ref *value, kmp_ref *rate)
 {
@@ -163,14 +251,9 @@ bool kmp_guide_make(const kmp_tree *tree, const kmp_flexible *f, const kmp_numbe
     const kmp_ref factor = kmp_const(g, sign);
     apply_symmetric(tree, f, more, false, bent);
     apply_symmetric(tree, f, more, true, row);
-    *value = KMP_ZERO;
-    for (int k = 0; k < n; k++) {
-        const kmp_ref number = kmp_tree_number(tree, &linear[k]);
-        const kmp_ref mean = kmp_add(g, number, kmp_mul(g, kmp_const(g, 0.5), bent[k]));
-        *value = kmp_add(g, *value, kmp_mul(g, mean, coordinate(tree, f, k, false)));
-        guide->slope[k] = kmp_mul(g, factor, kmp_add(g, number, bent[k]));
-    }
-    *value = kmp_mul(g, factor, *value);
+    for (int k = 0; k < n; k++)
+        guide->slope[k] = kmp_mul(g, factor, kmp_add(g, kmp_tree_number(tree, &linear[k]), bent[k]));
+    *value = kmp_mul(g, factor, value_by_coordinates(tree, f, linear, bent));
     *rate = dot_coordinates(tree, f, guide->slope, true);
     guide->curve = kmp_mul(g, factor, dot_coordinates(tree, f, row, true));
     return true;

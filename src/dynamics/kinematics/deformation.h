@@ -37,6 +37,13 @@ kmp_deformation *kmp_deformation_new(const struct kmp_tree *tree, const kmp_flex
 bool kmp_guide_make(const struct kmp_tree *tree, const kmp_flexible *flexible, const kmp_number *linear,
                     const kmp_number *more, double sign, kmp_guide *guide, kmp_ref *value, kmp_ref *rate);
 
+/** 1 less the square of the largest deflection of a flexible body over the part of its length up to which terms of
+ * second order are right; and conditions of motions that are told of where these margins are negative. */
+kmp_ref kmp_flexible_margin(const struct kmp_tree *tree, const kmp_flexible *flexible);
+/** The same of the rates of the joints between the ground and the body over kmp_flexible_fastest. */
+kmp_ref kmp_flexible_rate_margin(const struct kmp_tree *tree, const kmp_flexible *flexible);
+void kmp_flexible_watch(const struct kmp_tree *tree, const kmp_flexible *flexible);
+
 /** Only of the deformation, in the axes of the body: sum rate_k phi_k dm; the angular momentum about the centre of
  * mass; twice the kinetic energy less the energy of the centre of mass. */
 kmp_vec kmp_deformation_momentum(kmp_graph *g, const kmp_deformation *d);

@@ -23,8 +23,12 @@ int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
     for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_SENSE + roles; role++) {
         kmp_text text = {0};
         kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
-        const kmp_condition condition = {
-            .of = force, .number = role, .role = (kmp_role)role, .text = kmp_text_take(&text)};
+        const bool level = role >= KMP_ROLE_LEVEL && force->kind != KMP_FORCE_TOUCH;
+        const kmp_condition condition = {.of = force,
+                                         .number = role,
+                                         .role = (kmp_role)role,
+                                         .told = level ? KMP_TOLD_LEVEL : KMP_TOLD_NOTHING,
+                                         .text = kmp_text_take(&text)};
         if (kmp_events_add(tree->conditions.events, condition) < 0) {
             kmp_graph_fail(tree->graph);
             return -1;

@@ -25,6 +25,8 @@ enum { KMP_ROLES_OF_ALL = KMP_ROLE_LEVEL_BACK - KMP_ROLE_SENSE };
 
 /** A given force that exceeds the static level by less than this part does not. */
 #define KMP_FRICTION_SLACK 1e-9
+/** A negative level of less than this part of its largest size so far is zero. */
+#define KMP_LEVEL_ROUNDING 1e-9
 /** The input KMP_ROLE_SENSE of an element that is regularised for a time. */
 #define KMP_FRICTION_REGULARISED 2
 /** The same input of a contact that a study keeps closed by the rows of others. */

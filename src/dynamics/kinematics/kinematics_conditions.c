@@ -443,8 +443,12 @@ static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, km
         return;
     for (int end = 2 * variable; end < 2 * variable + 2; end++) {
         int number = kmp_table_end_number(e->table, end);
-        const kmp_condition condition = {
-            .of = e, .number = number, .expr = e, .ends = ends, .told = !ends, .advice = ends ? advice : NULL};
+        const kmp_condition condition = {.of = e,
+                                         .number = number,
+                                         .expr = e,
+                                         .ends = ends,
+                                         .told = ends ? KMP_TOLD_NOTHING : KMP_TOLD_TABLE,
+                                         .advice = ends ? advice : NULL};
         if (kmp_events_find(tree->conditions.events, e, number) < 0 &&
             kmp_events_add(tree->conditions.events, condition) < 0)
             kmp_graph_fail(tree->graph);
@@ -579,6 +583,12 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
     const kmp_expr *e = tree->conditions.events->condition[k].expr;
     if (tree->conditions.events->condition[k].role != KMP_ROLE_NONE) {
         *difference = kmp_friction_value(tree, &tree->conditions.events->condition[k]);
+        return true;
+    }
+    const kmp_told told = tree->conditions.events->condition[k].told;
+    if (told == KMP_TOLD_DEFLECTION || told == KMP_TOLD_ROTATION) {
+        const kmp_flexible *flexible = tree->conditions.events->condition[k].of;
+        *difference = (told == KMP_TOLD_ROTATION ? kmp_flexible_rate_margin : kmp_flexible_margin)(tree, flexible);
         return true;
     }
     if (!e || has_place(e)) {

@@ -6,6 +6,16 @@
 #include "model/language/expression.h"
 #include "symbolic/graph.h"
 
+/** A motion in which the value of a condition is negative is doubted for this reason, once and without an event. */
+typedef enum kmp_told {
+    KMP_TOLD_NOTHING,
+    KMP_TOLD_TABLE,      /* the motion is beyond an end of a table, which has no input */
+    KMP_TOLD_LEVEL,      /* a level of friction would push */
+    KMP_TOLD_DEFLECTION, /* a flexible body deflects beyond what its shapes are right for */
+    KMP_TOLD_ROTATION,   /* a flexible body without terms of second order turns faster than they may be left out */
+    KMP_TOLD_END
+} kmp_told;
+
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {
     const void *of; /* the expression or part of the model that has it: `of` and number identify it */
@@ -17,14 +27,14 @@ typedef struct kmp_condition {
     bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
     bool rough;           /* its change is not noted; a step that meets it is made again up to it */
     bool silent;          /* its change is not noted */
-    bool told;            /* an end of a table: that it is left is reported; no event, and no input */
-    bool late;            /* a kink whose value depends on accelerations or multipliers */
-    bool by_rates;        /* its value depends on qd */
-    bool at_start;        /* a run warns of it; the log has it where it holds at the start, too */
-    bool measured;        /* the log has the largest value that it had while it was true */
-    kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
-    double lag;           /* of an element: it changes where its value has passed zero by this amount; 0: at zero */
-    const char *advice;   /* where it ends runs, or prevents continuation by changing back and forth; NULL: none */
+    kmp_told told;
+    bool late;          /* a kink whose value depends on accelerations or multipliers */
+    bool by_rates;      /* its value depends on qd */
+    bool at_start;      /* a run warns of it; the log has it where it holds at the start, too */
+    bool measured;      /* the log has the largest value that it had while it was true */
+    kmp_role role;      /* of a friction element; otherwise KMP_ROLE_NONE */
+    double lag;         /* of an element: it changes where its value has passed zero by this amount; 0: at zero */
+    const char *advice; /* where it ends runs, or prevents continuation by changing back and forth; NULL: none */
 } kmp_condition;
 
 /** The conditions of a model, numbered in the order of their creation: comparisons and signs of variable quantities. A

@@ -12,6 +12,7 @@
 #include "ensemble/lanes/ensemble_inside.h"
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/run/methods.h"
+#include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
@@ -209,32 +210,50 @@ static kempe_status run_all(shared_run *r)
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
-/* Reports the tables that instances have left and the conditions of which a run warns, or forgets earlier ones. */
-static void tell_conditions(kmp_ensemble *e, bool tells)
+bool kmp_ensemble_tell_mark(const kempe_system *s, kempe_context *context, int k)
 {
-    const kempe_system *s = e->engine[0]->s;
-    for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
-        const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-        if (condition && !condition->told && !condition->at_start)
-            continue;
-        bool left = false; /* takes the marks of all engines */
-        for (int i = 0; i < KMP_TEAM_MOST; i++)
-            left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
-        if (!left || !tells)
-            continue;
-        if (condition && condition->at_start) {
-            kmp_log(e->model->context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
-            continue;
-        }
+    const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
+    if (condition && condition->at_start) {
+        kmp_log(context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
+        return false;
+    }
+    if (condition && condition->told == KMP_TOLD_LEVEL) {
+        kmp_doubt(context, "friction '%s' has a negative level in instances: it would push",
+                  ((const kmp_force *)condition->of)->name);
+    } else if (condition && condition->told >= KMP_TOLD_DEFLECTION) {
+        kmp_doubt(context, "in instances %s: %s", s->event_text[k],
+                  condition->told == KMP_TOLD_ROTATION
+                      ? "without terms of second order its stiffness is lost at such speeds"
+                      : "terms of second order suffice up to there");
+    } else {
         const int of_use = k - s->events.count;
         const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];
         const kmp_named_table *table = condition ? condition->expr->table : &s->model->tables[use->table];
         const int end = condition ? condition->number - kmp_table_end_number(table, 0) : 2 * use->variable + of_use % 2;
-        e->work.doubted = true;
-        kmp_doubt(e->model->context,
+        kmp_doubt(context,
                   "instances use table '%s' %s %.6g: it goes straight on there; give it more points, or say outside: "
                   "linear, hold or error",
                   table->name, end % 2 ? "above" : "below", kmp_table_end(table, end));
+    }
+    return true;
+}
+
+bool kmp_ensemble_has_mark(const kempe_system *s, int k)
+{
+    const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
+    return !condition || condition->told != KMP_TOLD_NOTHING || condition->at_start;
+}
+
+/* Reports the marks of all engines, or forgets earlier ones. Deflections are told of their instances. */
+static void tell_conditions(kmp_ensemble *e, bool tells)
+{
+    const kempe_system *s = e->engine[0]->s;
+    for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
+        bool left = false;
+        for (int i = 0; kmp_ensemble_has_mark(s, k) && i < KMP_TEAM_MOST; i++)
+            left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
+        if (left && tells && !(k < s->events.count && s->events.condition[k].told == KMP_TOLD_DEFLECTION))
+            e->work.doubted = kmp_ensemble_tell_mark(s, e->model->context, k) || e->work.doubted;
     }
 }
 

@@ -43,7 +43,7 @@ typedef struct kmp_ensemble_result {
     const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;
     long steps, rejected, refused, rhs, exchanges;
-    double deflection;     /* at the end: the largest one of a flexible body over its length */
+    bool deflects;         /* a flexible body deflected too far */
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 
@@ -75,6 +75,11 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
 /** The number of lanes, if a width is not given (0): of two registers only where the vectors of both remain in the
  * first cache, and chunks of that size leave no thread without instances. Results do not depend on it. */
 int kmp_ensemble_width(const kempe_system *system, int width, int instances, int threads);
+
+/** True if runs mark what makes instances doubtful, or what they warn of: of condition k of a system, or of use k less
+ * the number of conditions of a table, in `left`. Doubts a marked one, or warns of it; false: only a warning. */
+bool kmp_ensemble_has_mark(const kempe_system *system, int k);
+bool kmp_ensemble_tell_mark(const kempe_system *system, kempe_context *context, int k);
 
 /** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
  * pulses at other times. *open: shorter ones may have been missed. */

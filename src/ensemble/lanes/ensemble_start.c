@@ -32,7 +32,6 @@
 #include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "output/verdict.h"
-#include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -405,8 +404,10 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_lane_group *from, int i)
 
 /* -- end --------------------------------------------------------------------------------------------- */
 
-/* Measures the end of an instance; the evaluator's closure belongs to q. */
-static void judge_instance(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
+/* Measures the end of an instance; the evaluator's closure belongs to q. `past`: of its conditions; NULL: there are
+ * none. */
+static void judge_instance(kmp_engine *e, int i, double t, const double *q, const double *qd, double work,
+                           const kmp_condition_past *past)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_eval_mass(e->eval);
@@ -420,12 +421,9 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     double exchanged = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
     result->drift = kmp_verdict_drift(drift, exchanged, fmax(fabs(potential), fabs(x->potential)));
-    const kempe_model *model = e->s->model;
-    for (int k = 0; k < kmp_model_flexible_count(model); k++) {
-        const kmp_flexible *f = kmp_model_flexible(model, k);
-        result->deflection =
-            fmax(result->deflection, kmp_flexible_deflection(e->s, f, q) / kmp_number_at(f->length, e->s->parameters));
-    }
+    for (int k = 0; k < e->s->events.count; k++)
+        result->deflects =
+            result->deflects || (e->s->events.condition[k].told == KMP_TOLD_DEFLECTION && past && past[k].told);
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }
@@ -436,7 +434,8 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_lane_group *pool, int i)
     double *q = e->state, *qd = q + e->n;
     if (!kmp_instance_unpack(e, pool, i, true))
         return KEMPE_OK;
-    judge_instance(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
+    judge_instance(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0,
+                   e->conditions ? x->past : NULL);
     kmp_instance_measured(e, pool, i, x->t, NULL);
     e->results[i].status = KEMPE_OK;
     kmp_engine_count(e);
@@ -491,7 +490,7 @@ static kempe_status finish(kmp_engine *e, int i, kmp_runner *run, kempe_status s
         if (kmp_runner_inputs(run)->past)
             kmp_engine_hold_inputs(e, kmp_runner_inputs(run));
         kmp_eval_closure(e->eval, report.t, row);
-        judge_instance(e, i, report.t, row, row + e->n, work);
+        judge_instance(e, i, report.t, row, row + e->n, work, run->events.tracker ? run->events.tracker->past : NULL);
         if (status == KEMPE_OK)
             kmp_instance_measured(e, NULL, i, report.t, row);
         kmp_engine_hold_inputs(e, NULL);

@@ -208,8 +208,8 @@ static kempe_status values_at(kmp_objective *objective, int rows, const double *
     if (batch)
         o->helped_s += fmax(0, kmp_batch_cpu(batch) - (kmp_cpu_now() - begin));
     o->simulations += rows;
-    if (status == KEMPE_E_FAILED && batch)
-        status = KEMPE_OK; /* each row has its reason */
+    if ((status == KEMPE_E_FAILED || kmp_is_complete(status)) && batch)
+        status = KEMPE_OK; /* each row has its reason, the context what they are doubted for */
     for (int k = 0; k < rows && status == KEMPE_OK; k++) {
         bool ok = kmp_outcome_is_complete(kempe_ensemble_result_outcome(batch, k));
         for (int i = 0; i < width; i++)

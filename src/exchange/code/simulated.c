@@ -21,8 +21,10 @@
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/run/friction_run.h"
+#include "model/data/closure.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include <kempe/stepper.h>
 #include <stdio.h>
 #include <string.h>
@@ -262,8 +264,10 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
 static const char *mark_balance(struct kmp_simulated *x, const kempe_system *system, const kempe_assembly *assembly)
 {
     const kmp_start *start = &system->model->start;
-    if (system->events.count > 0)
-        return "the model has conditions";
+    for (int k = 0; k < system->events.count; k++)
+        if (system->events.condition[k].told <
+            KMP_TOLD_DEFLECTION) /* which changes nothing, nor does a fast rotation */
+            return "the model has conditions";
     if (system->load_row_count > 0)
         return "forces depend on multipliers";
     for (int k = 0; k < system->n; k++)
@@ -354,16 +358,29 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
 
 static int kind_of(const kmp_condition *c)
 {
+    if (c->told != KMP_TOLD_NOTHING)
+        return KEMPE_CONDITION_TOLD;
     if (c->role != KMP_ROLE_NONE)
         return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
-    if (c->told)
-        return KEMPE_CONDITION_TOLD;
     return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
+}
+
+/* The consequence of a condition that is told. */
+static const char *consequence_of(const kmp_condition *c)
+{
+    static const char *const words[KMP_TOLD_END] = {[KMP_TOLD_TABLE] = "the table goes straight on there",
+                                                    [KMP_TOLD_LEVEL] = "it would push",
+                                                    [KMP_TOLD_DEFLECTION] = "its shapes are right up to there",
+                                                    [KMP_TOLD_ROTATION] =
+                                                        "without terms of second order it is right up to there"};
+    return words[c->told];
 }
 
 /* The event of an element of friction or of a contact. */
 static const char *event_of(const kmp_condition *c)
 {
+    if (c->told == KMP_TOLD_LEVEL)
+        return ": its level is negative";
     if (c->role != KMP_ROLE_SENSE && c->role != KMP_ROLE_HELD)
         return "";
     if (((const kmp_force *)c->of)->kind == KMP_FORCE_TOUCH)
@@ -382,7 +399,8 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         const kmp_condition *c = &events->condition[k];
         const char *text = kmp_system_event_text(system, c);
         x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
-        x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
+        const char *advice = c->told != KMP_TOLD_NOTHING ? consequence_of(c) : c->advice;
+        x->advice[k] = kmp_arena_strdup(&source->arena, advice ? advice : "");
         x->condition_kind[k] = kind_of(c);
         x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);
     }
@@ -604,8 +622,18 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
     const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
     const kmp_code_routine *start = kmp_simulated_routine(source, "start");
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
-                        KMP_ROOM(int, source->n, &x->coordinate_kind)))
+                        KMP_ROOM(int, source->n, &x->coordinate_kind),
+                        KMP_ROOM(char *, source->input_count, &x->moved)))
         return kmp_fail_memory(source->context);
+    for (int k = 0; k < source->input_count; k++) {
+        const kmp_closure *closure = kmp_model_moved_by(source->model, k);
+        x->moved[k] = kmp_arena_strdup(&source->arena, closure ? closure->name : "");
+        if (closure)
+            kmp_log(source->context, KEMPE_LOG_WARNING,
+                    "input '%s' moves closure '%s': steps of a generated simulator refuse its changes, which an "
+                    "integrator of the caller follows (model exchange)",
+                    source->input_names[k], closure->name);
+    }
     x->starts = start && reads(start, KMP_IN_PARAMETER, -1);
     for (int k = 0; k < source->symbol_count; k++)
         if (source->place[k] >= 0) {

@@ -34,6 +34,7 @@ struct kmp_simulated {
     int *coordinate_kind;            /* n */
     int *symbol;                     /* by position in p: the parameter of the model */
     int *fixed;                      /* by position in p: 1 where the closures depend on it */
+    char **moved;                    /* inputs: the closure that each moves, "" without one */
     bool loaded;                     /* C depends on multipliers */
     bool switches;                   /* closures depend on conditions */
     bool early;                      /* conditions depend on neither accelerations nor multipliers */

@@ -184,7 +184,7 @@ typedef struct listed {
     const void *list;
 } listed;
 
-enum { LISTS = 26 };
+enum { LISTS = 27 };
 
 static void find_lists(const kmp_code_source *s, listed lists[LISTS])
 {
@@ -192,6 +192,7 @@ static void find_lists(const kmp_code_source *s, listed lists[LISTS])
     const listed all[LISTS] = {{"coordinate_names", put_names, s->n, s->coordinate_names},
                                {"row_names", put_names, s->m, s->row_names},
                                {"input_names", put_names, s->input_count, s->input_names},
+                               {"input_moves", put_names, s->input_count, x->moved},
                                {"parameter_names", put_names, s->parameter_count, s->parameter_name},
                                {"condition_names", put_names, x->condition_count, x->condition_name},
                                {"output_names", put_names, s->output_count, s->output_names},

@@ -10,6 +10,7 @@
 #include "exchange/fmu/unit_description.h"
 #include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_lines.h"
+#include "exchange/simulator/kempe_simulator.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
 #include "model/data/touch.h"
@@ -462,7 +463,10 @@ static void show(kmp_text *text, const void *result)
     put_count(text, ", ", s->input_count, "input");
     put_count(text, ", ", s->output_count, "output");
     put_count(text, ", ", s->parameter_count, "parameter");
-    put_count(text, ", ", s->simulated->condition_count, "event");
+    int events = 0;
+    for (int k = 0; k < s->simulated->condition_count; k++)
+        events += KEMPE_CONDITION_IS_EVENT(s->simulated->condition_kind[k]);
+    put_count(text, ", ", events, "event");
     put_count(text, "; ", made->files.count, "file");
     kmp_text_put(text, " inside\n");
 }

@@ -594,6 +594,11 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     return lacking(s);
 }
 
+void kempe_simulator_tell(kempe_simulator *s)
+{
+    s->message[0] = 0;
+}
+
 int kempe_simulator_wants_exchange(const kempe_simulator *s)
 {
     (void)s;

@@ -266,11 +266,11 @@ kempe_fmu_status kempe_fmu_refresh(kempe_fmu *fmu)
     kempe_simulator *s = &fmu->simulator;
     if (!fmu->now.started)
         return start(fmu);
-    if (fmu->now.tuned && kempe_simulator_set_parameters(s) == KEMPE_SIMULATOR_FAILED)
-        return DISCARD("%s", s->message);
     if (fmu->kind == KEMPE_FMU_CO_SIMULATION) {
-        if (fmu->now.pressed && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
+        if ((fmu->now.pressed || fmu->now.tuned) && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);
+    } else if (fmu->now.tuned && kempe_simulator_set_parameters(s) == KEMPE_SIMULATOR_FAILED) {
+        return DISCARD("%s", s->message);
     } else if (fmu->now.moved || fmu->now.pressed || fmu->now.tuned) {
         if (kempe_simulator_set_states(s, fmu->now.t, fmu->part.x) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);
@@ -874,6 +874,10 @@ kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, 
 kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int *ended)
 {
     kempe_fmu_status status = kempe_fmu_refresh(fmu);
+    if (status == KEMPE_FMU_OK)
+        kempe_simulator_tell(&fmu->simulator);
+    if (status == KEMPE_FMU_OK && fmu->simulator.message[0])
+        (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", fmu->simulator.message);
     *wants_event = status == KEMPE_FMU_OK && kempe_simulator_wants_exchange(&fmu->simulator);
     *ended = fmu->now.ended;
     return status;

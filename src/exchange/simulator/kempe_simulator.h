@@ -30,7 +30,8 @@ enum {
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
     KEMPE_CONDITION_PASSES, /* of friction and contacts: that it holds is an event, at which modes are decided again */
     KEMPE_CONDITION_NUMBER, /* of these: a number for the decisions; its mode is an input of them */
-    KEMPE_CONDITION_TOLD    /* a table is used beyond its points: the message reports this, the motion continues */
+    KEMPE_CONDITION_TOLD /* a table is used beyond its points, a level of friction is negative, ..: the message reports
+                          * this, the motion continues */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
@@ -215,7 +216,8 @@ typedef struct kempe_equations {
     int kept; /* values of k */
     const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
     const char *const *condition_names, *const *output_names;
-    const char *const *advice;        /* conditions: if it ends the motion, the remedy; may be NULL */
+    const char *const
+        *advice; /* conditions: if it ends the motion, the remedy; if it is told, the consequence; may be NULL */
     const int *coordinate_kind;       /* n */
     const int *condition_kind;        /* conditions */
     const double *scale;              /* n: size of a coordinate */
@@ -223,6 +225,7 @@ typedef struct kempe_equations {
     const double *parameter_values;   /* of the model */
     const int *parameter_fixed;       /* parameters: 1 where h depends on it, or only the start: a start must follow */
     const double *input_values;       /* 3 inputs: at the start */
+    const char *const *input_moves;   /* inputs: the closure that each moves, "" without one; NULL: none does */
     double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
     const double *start_q, *start_qd; /* n: a closed start */
     const int *independent;           /* f coordinates, the choice at the start; NULL: the simulator chooses */
@@ -300,7 +303,7 @@ typedef struct kempe_simulator {
     double *p;                         /* parameters, and inputs, three each: the next call that advances takes */
     double *u;                         /* changes; kempe_simulator_set_inputs shows their effect at once */
     double *q, *qd, *qdd, *lambda, *y; /* at t */
-    char message[320];                 /* the last failure or end as a sentence, or that a table was left; "" */
+    char message[320]; /* the last failure or end as a sentence, or a condition that is told, once; "" */
     kempe_simulator_work work;
     double *memory;                /* all numbers of the simulator */
     int numbers;                   /* of it */
@@ -378,7 +381,9 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
  * those after the change. FAILED: an input is not finite, or the loops do not close with the new parameters; p and u
  * are then those before. Parameters that are fixed change before a start. */
 kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s);
-kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s); /* the same */
+/** The same. FAILED for an input that moves a closure: it is constant between calls, and a change would be a jump. An
+ * integrator of the caller follows it by kempe_simulator_set_states. */
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s);
 
 /** Takes changes of p and u as well, which act from the present time on. Advances to t and sets q, qd, qdd, lambda, y
  * there. Steps do not depend on the times that are requested. ENDED: they belong to an earlier end. FAILED: t lies
@@ -404,6 +409,8 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
 /** Values of the conditions: an event is a change of sign. */
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
+/** The message becomes what KEMPE_CONDITION_TOLD is told of the present state, each condition once; "" without any. */
+void kempe_simulator_tell(kempe_simulator *s);
 /** The time of the next sample of a state, at which kempe_simulator_update is to be called; INFINITY: there is none. */
 double kempe_simulator_next_time(const kempe_simulator *s);
 /** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */

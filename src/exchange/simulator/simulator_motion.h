@@ -559,6 +559,40 @@ static bool same_numbers(int count, const double *a, const double *b)
     return count == 0 || memcmp(a, b, (size_t)count * sizeof *a) == 0;
 }
 
+/* Part of its size, or of one unit, by which an input may change as by rounding. */
+#define INPUT_CONTINUOUS 1e-9
+
+/* The input that moves a closure and has other values than the motion; -1: none. Steps of the simulator hold inputs:
+ * rates are then zero, and a change is a jump, which the loops do not follow. */
+static int input_that_moves(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    for (int i = 0; e->input_moves && i < e->inputs; i++) {
+        const double *u = s->u + 3 * i, *held = s->part.held + 3 * i;
+        if (e->input_moves[i][0] &&
+            (u[1] != 0 || u[2] != 0 || !(fabs(u[0] - held[0]) <= INPUT_CONTINUOUS * fmax(fabs(held[0]), 1))))
+            return i;
+    }
+    return -1;
+}
+
+/* True after a message; the inputs are then as before. */
+static bool refuses_inputs(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const int i = s->part.state[AT_STARTED] > 0 ? input_that_moves(s) : -1;
+    if (i >= 0) {
+        const double *u = s->u + 3 * i;
+        fail_with(
+            s,
+            "input '%s' moves closure '%s': steps of the simulator hold it at %.9g, and cannot follow it to %.9g, "
+            "rate %.9g, acceleration %.9g; model exchange and the library can",
+            e->input_names[i], e->input_moves[i], s->part.held[3 * i], u[0], u[1], u[2]);
+        copy(3 * e->inputs, s->part.held, s->u);
+    }
+    return i >= 0;
+}
+
 /* Takes the inputs and parameters that the caller has changed. */
 static kempe_simulator_status take_changes(kempe_simulator *s)
 {
@@ -586,7 +620,7 @@ static kempe_simulator_status take_changes(kempe_simulator *s)
     return status;
 }
 
-kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
+kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     s->message[0] = 0;
@@ -595,9 +629,9 @@ kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
                : take_changes(s);
 }
 
-kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s)
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
 {
-    return kempe_simulator_set_inputs(s);
+    return refuses_inputs(s) ? KEMPE_SIMULATOR_FAILED : kempe_simulator_set_parameters(s);
 }
 
 /* -- advance -------------------------------------------------------------------------------------------- */
@@ -663,6 +697,13 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
         bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
         value[k] = numbers ? 1 : s->part.value[k];
     }
+}
+
+void kempe_simulator_tell(kempe_simulator *s)
+{
+    s->message[0] = 0;
+    if (has_changes(s))
+        tell_conditions(s, s->t, s->part.value);
 }
 
 /* The number of states of callers that are dependent now, and begin at their values: rows between rates that are held

@@ -300,10 +300,7 @@ static int end_piece(void *self, double from, const double *before, double to, c
         return status;
     }
     note_sizes(s, change);
-    for (int k = 0; k < count; k++)
-        if (kind_of(s, k) == KMP_CONDITION_TOLD && change[k] < 0)
-            snprintf(s->message, sizeof s->message, "%s: %s at t = %.9g: the table goes straight on there", e->name,
-                     e->condition_names[k], to);
+    tell_conditions(s, to, change);
     return 0;
 }
 

@@ -83,6 +83,12 @@ void kmp_flexible_to_body(const kmp_flexible *flexible, const double own[3], dou
 /** A copy of a body; a flexible one has the mass, centre and inertia that it has without deformation, as values. */
 kmp_body kmp_body_undeformed(const kempe_model *model, int body);
 
+/** The words for the parts into which a body that deflects too far is to be divided. */
+static inline const char *kmp_flexible_parts(const kmp_flexible *flexible)
+{
+    return flexible->file ? "several bodies" : "'segments'";
+}
+
 extern const char *const kmp_stiffening_words[3], *const kmp_flexible_frame_words[3];
 
 /** Flexible body k of a model, and the number of these. */

@@ -1,21 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A flexible body only by its constants, its frequencies; the mechanism without its coordinates. */
+/* A flexible body only by its constants; the mechanism without its coordinates. */
 #pragma once
 
 #include "model/data/flexible.h"
+#include "model/flexible/body_spectrum.h"
 #include <kempe/kempe.h>
-
-enum { KMP_OWN_FREQUENCIES = 3 };
-
-typedef struct kmp_flexible_spectrum {
-    int count;                         /* of shown frequencies */
-    double fixed[KMP_OWN_FREQUENCIES]; /* rad/s, ascending: with its joint fixed */
-    double free[KMP_OWN_FREQUENCIES];  /* without any joint */
-    double highest;                    /* rad/s: of the free body */
-} kmp_flexible_spectrum;
-
-/** By nominal values. False: no memory. */
-bool kmp_flexible_spectrum_find(const kmp_flexible *flexible, kmp_flexible_spectrum *spectrum);
 
 /** False: the body has no shape that twists it (c = 0) or bends it about y or z (1, 2). */
 bool kmp_flexible_bends(const kmp_flexible *flexible, int c);

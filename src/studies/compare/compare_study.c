@@ -8,6 +8,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
+#include "model/data/closure_table.h"
 #include "platform/platform.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_runs.h"
@@ -758,6 +759,9 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     if (j->start->chart)
         kmp_eval_set_charts(j->eval, j->start->chart);
     KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
+    for (int r = 0; r < c->system->m; r++) /* rows of friction that slips and of open contacts have given forces */
+        count -=
+            c->shared[r] && kmp_closure_is_of_modes(kmp_model_closure(c->system->model, c->system->rows[r].closure));
     if (count > 0)
         kmp_sentences_add(
             &c->arena, &c->warnings,

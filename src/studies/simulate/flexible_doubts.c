@@ -8,8 +8,8 @@
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/flexible/body_spectrum.h"
 #include "model/language/expression_value.h"
-#include "studies/assembly/flexible_check.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 
@@ -28,11 +28,6 @@ static double deflection_at(const kmp_flexible *f, const kmp_station *station, c
         sum += way * way;
     }
     return sqrt(sum);
-}
-
-static const char *parts_of(const kmp_flexible *f)
-{
-    return f->file ? "several bodies" : "'segments'";
 }
 
 double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *f, const double *q)
@@ -58,7 +53,8 @@ void kmp_doubt_deflections(const kempe_system *system, int count, const double *
             kmp_doubt(system->context,
                       "flexible body '%s' deflects by %.3g m, %.2f of its length: shapes with terms of second order "
                       "are right for up to %.1f; divide it into %s",
-                      model->bodies[f->body].name, most, most / f->length->value, KMP_DEFLECTION_LARGE, parts_of(f));
+                      model->bodies[f->body].name, most, most / f->length->value, KMP_DEFLECTION_LARGE,
+                      kmp_flexible_parts(f));
     }
 }
 
@@ -73,31 +69,17 @@ void kmp_doubt_deflection(const kempe_system *system, const double *q)
     kmp_doubt_deflections(system, 1, itself, q);
 }
 
-/* The largest one of all rows, and its time. */
-static double largest_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double *t)
+/* The largest one of all rows. */
+static double largest_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
 {
     double most = 0;
-    for (int row = 0; row < table->rows; row++) {
-        const double way = kmp_flexible_deflection(system, f, kmp_samples_get(table, KMP_QUANTITY_Q, row));
-        *t = way > most ? kmp_samples_time(table, row) : *t;
-        most = fmax(most, way);
-    }
+    for (int row = 0; row < table->rows; row++)
+        most = fmax(most, kmp_flexible_deflection(system, f, kmp_samples_get(table, KMP_QUANTITY_Q, row)));
     return most;
 }
 
-static void doubt_deflection(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
-{
-    const kempe_model *model = system->model;
-    double t = 0;
-    const double most = largest_deflection(system, table, f, &t);
-    if (most > KMP_DEFLECTION_LARGE * f->length->value)
-        kmp_doubt(system->context,
-                  "flexible body '%s' deflects by %.3g m at t = %.6g s, %.2f of its length; terms of second order "
-                  "suffice up to %.1f: divide it into %s",
-                  model->bodies[f->body].name, most, t, most / f->length->value, KMP_DEFLECTION_LARGE, parts_of(f));
-}
-
-/* Without terms of second order rotation softens a beam in place of stiffening it. */
+/* Without terms of second order rotation softens a beam in place of stiffening it. A motion that is too fast for that
+ * is doubted along its way. */
 static void warn_of_rotation(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f)
 {
     const kempe_model *model = system->model;
@@ -113,24 +95,12 @@ static void warn_of_rotation(const kempe_system *system, const kmp_samples *tabl
                 most = model->motions[motion].rotation ? fmax(most, fabs(qd[motion])) : most;
             }
     }
-    const char *name = model->bodies[f->body].name;
-    const char *remedy = f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'";
-    if (most > s.fixed[0])
-        kmp_doubt(
-            system->context,
-            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
-            "of second order its stiffness is lost at this speed; %s",
-            name, most, s.fixed[0], remedy);
-    else if (f->averaged && most > KMP_ROTATION_AVERAGED * s.fixed[0])
-        kmp_doubt(system->context,
-                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
-                  "are right",
-                  name, most, most / s.fixed[0], f->doubt, KMP_ROTATION_AVERAGED);
-    else if (most > KMP_ROTATION_SLOW * s.fixed[0])
+    if (most > KMP_ROTATION_SLOW * s.fixed[0] && most <= kmp_flexible_fastest(f))
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency, without terms of second order, "
                 "which stiffen it: %s",
-                name, most, most / s.fixed[0], remedy);
+                model->bodies[f->body].name, most, most / s.fixed[0],
+                f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'");
 }
 
 /* Moments of a section by its loads (about x, y, z in `load`) and by the strain of shapes. */
@@ -177,8 +147,7 @@ static void tell_buckling(const kempe_system *system, const kmp_samples *table, 
                           double taken)
 {
     const char *name = system->model->bodies[f->body].name;
-    double unused = 0;
-    if (largest_deflection(system, table, f, &unused) <= KMP_DEFLECTION_NONE * f->length->value)
+    if (largest_deflection(system, table, f) <= KMP_DEFLECTION_NONE * f->length->value)
         kmp_doubt(system->context,
                   "flexible body '%s' buckles: at t = %.6g s its loads take %.3g times its stiffness, and it stays "
                   "straight because no load deflects it; start with a small deflection",
@@ -223,10 +192,8 @@ static kempe_status warn_of_buckling(const kempe_system *system, const kmp_sampl
 kempe_status kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval)
 {
     const kempe_model *model = eval->system->model;
-    for (int k = 0; k < model->flexible_count; k++) {
-        doubt_deflection(eval->system, table, &model->flexibles[k]);
+    for (int k = 0; k < model->flexible_count; k++)
         warn_of_rotation(eval->system, table, &model->flexibles[k]);
-    }
     for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++]))
         if (model->outputs[o].kind == KMP_OUTPUT_SECTION)
             warn_of_section(table, eval, &model->outputs[o], at);

@@ -16,7 +16,6 @@ void kmp_doubt_deflections(const kempe_system *system, int count, const double *
 /** The same of one state. */
 void kmp_doubt_deflection(const kempe_system *system, const double *q);
 
-/** Logs them: deflections beyond what the terms of second order are right for are a doubt about the run; loads of
- * sections that differ from the loads by the strain, fast rotations without terms of second order, and loads at which a
- * body buckles, are warnings. KEMPE_E_MEMORY. */
+/** Logs them: loads of sections that differ from the loads by the strain, fast rotations without terms of second order,
+ * and loads at which a body buckles, are warnings. KEMPE_E_MEMORY. */
 kempe_status kmp_doubt_flexible(const kmp_samples *table, kmp_evaluator *eval);

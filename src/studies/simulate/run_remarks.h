@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions that a run warns of where they hold: a tyre beyond the range of its file, a level of friction below zero.
- */
+/* Conditions that a run warns of where they hold: a tyre beyond the range of its file. */
 #pragma once
 
 #include "base/text.h"
-#include "constraints/evaluation/evaluator.h"
 #include "dynamics/system.h"
 #include "integrators/formulations/run_log.h"
-#include "output/samples.h"
 
 /** Warns of each such condition that holds in a run by the log, and adds a line for each to the remarks. */
 void kmp_remark_conditions(const kempe_system *system, const kmp_run_log *log, kmp_text *remarks);
-
-/** Doubts a run with rows in which the level of friction that sticks is negative: it would push. False: no memory. */
-bool kmp_doubt_levels(const kmp_samples *table, kmp_evaluator *eval);

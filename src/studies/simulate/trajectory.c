@@ -791,8 +791,6 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     kmp_remark_conditions(t->system, &t->log, &t->remarks);
     kmp_warn_of_lift_off(t->system, &t->table);
-    if (status == KEMPE_OK)
-        status = kmp_made(t->system->context, kmp_doubt_levels(&t->table, eval));
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
     status = status == KEMPE_OK ? doubted : status;
     if (t->table.rows > 0)
