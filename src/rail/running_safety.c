@@ -703,7 +703,7 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
     kmp_text_printf(text, "          %-*s  T gamma, %s: mean   largest      t, s\n", width, "", wear.unit);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_print_cells(text, "          %-*s  %*.3g  %8.3g  %8.3f\n", width, model->wheels[w].name,
+        kmp_print_cells(text, "          %-*s  %*.4g  %8.4g  %8.3f\n", width, model->wheels[w].name,
                         15 + (int)strlen(wear.unit), wheel->wear * wear.factor, wheel->most_wear.value * wear.factor,
                         wheel->most_wear.t);
     }
