@@ -42,8 +42,9 @@ bool kmp_is_saltelli(int count, int columns, const double *rows);
 /** True if the rows are all combinations of evenly spaced values of the columns, in order, which are not a sample. */
 bool kmp_is_grid(int count, int columns, const double *rows);
 
-/** Sobol's indices from the values of groups of Saltelli's design, by the estimators of Saltelli (2010) and Jansen (1999); groups with a
- * value that is not finite are left out. The number of groups used; 0: the value does not vary. */
+/** Sobol's indices from the values of groups of Saltelli's design, by the estimators of Saltelli (2010) and Jansen
+ * (1999); groups with a value that is not finite are left out. The number of groups used; 0: the value does not vary.
+ */
 int kmp_sobol_indices(int count, int columns, const double *value, kmp_sobol_index *indices);
 
 /** Writes a member with all of them; null for NULL. */
