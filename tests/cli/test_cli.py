@@ -624,7 +624,7 @@ class Systems(Case):
             self.assertIn(f"FL {wheel['Q0'] * force:.2f} ", words)
             self.assertIn(f"limit {axle['prudhomme'] * force:.3f} {force_unit}", words)
             self.assertIn(f"T gamma, {wear_unit}: mean", words)
-            self.assertIn(f" FL {wheel['wear_mean'] * wear:.3g} {wheel['wear']['value'] * wear:.3g} ", words)
+            self.assertIn(f" FL {wheel['wear_mean'] * wear:.4g} {wheel['wear']['value'] * wear:.4g} ", words)
             self.assertIn(f"{found['way'] * way:.6g} {way_unit} travelled", words)
 
     def test_words(self):

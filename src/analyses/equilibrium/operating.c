@@ -265,8 +265,7 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
         if (names.s)
             kmp_log(o->system->context, KEMPE_LOG_WARNING,
                     "friction %s sticks at the state: its surfaces do not slide in small motions; --slide of modes, "
-                    "linearize "
-                    "and response lets them slide without a force",
+                    "linearize and response lets them slide without a force",
                     names.s);
         o->told = true;
         kmp_text_free(&names);
