@@ -517,23 +517,26 @@ static int turned_without_moment(const kempe_model *model, int b)
 /* The least distance that counts as the size of a body, m. */
 #define NO_SIZE 1e-6
 
-/* The largest distance of a point of a body from its origin; of all bodies for -1. */
-static double size_of(const kempe_model *model, int body)
+/* The largest distance of a point of each body from its origin, 0 for none; of all bodies. NULL: no memory. */
+static const double *sizes_of_bodies(kmp_reader *r, double *largest)
 {
-    double size = 0;
-    for (int k = 0; k < model->point_count; k++) {
+    const kempe_model *model = r->model;
+    double *size = KMP_ARENA_NEW(&r->scratch, double, model->body_count);
+    *largest = 0;
+    for (int k = 0; size && k < model->point_count; k++) {
         const kmp_number *at = model->points[k].at;
-        if (body < 0 || model->points[k].body == body)
-            size = fmax(size, hypot(hypot(at[0].value, at[1].value), at[2].value));
+        const double far = hypot(hypot(at[0].value, at[1].value), at[2].value);
+        if (far > NO_SIZE && model->points[k].body >= 0)
+            size[model->points[k].body] = fmax(size[model->points[k].body], far);
+        *largest = far > NO_SIZE ? fmax(*largest, far) : *largest;
     }
-    return size > NO_SIZE ? size : 0;
+    return size;
 }
 
 /* Gravity of 9810 in a model whose points are metres apart. */
-static void warn_of_gravity(kmp_reader *r)
+static void warn_of_gravity(kmp_reader *r, double size)
 {
     const kmp_yaml *node = kmp_yaml_get(r->root, "gravity");
-    const double size = size_of(r->model, -1);
     for (int k = 0; node && node->kind == KMP_YAML_LIST && size > 0 && size < 10 && k < node->count && k < 3; k++) {
         const double g = r->model->gravity[k].value;
         if (fabs(g) > 9000 && fabs(g) < 10500 && kmp_is_bare(r, node->items[k]))
@@ -546,10 +549,12 @@ static void warn_of_gravity(kmp_reader *r)
 
 void kmp_warn_of_sizes(kmp_reader *r)
 {
-    warn_of_gravity(r);
-    for (const kmp_bare_size *x = r->sizes; x < r->sizes + r->size_count; x++) {
-        const double own = size_of(r->model, x->body), size = own > 0 ? own : size_of(r->model, -1),
-                     mass = r->model->bodies[x->body].mass.value,
+    double largest;
+    const double *sizes = sizes_of_bodies(r, &largest);
+    if (sizes)
+        warn_of_gravity(r, largest);
+    for (const kmp_bare_size *x = r->sizes; sizes && x < r->sizes + r->size_count; x++) {
+        const double own = sizes[x->body], size = own > 0 ? own : largest, mass = r->model->bodies[x->body].mass.value,
                      length = !x->moment ? fabs(x->value)
                               : mass > 0 ? sqrt(fabs(x->value) / mass)
                                          : 0;
