@@ -2105,6 +2105,25 @@ run: {t_end: 1}
             one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
             self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
 
+    def test_outputs_at_an_equilibrium(self):
+        """A mass on two springs, of which one is solved for, and a block that friction holds beside its balance."""
+        self.model("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 100 N/m}\n"
+                   "bodies: {m: {joint: {name: y, prismatic: y, at: ground}, mass: 3, points: {P: [0, 2, 0]}},\n"
+                   "  b: {joint: {name: s, prismatic: x, at: ground}, mass: 1}}\n"
+                   "forces: {a: {joint: y, spring: {stiffness: k}}, c: {joint: y, force: 200*(0.1 - q(y))},\n"
+                   "  pull: {joint: s, force: 3}, rub: {joint: s, friction: {force: 4}}}\n"
+                   "sensors: {ten: 10*q(y)}\nrun: {t_end: 1, outputs: [q, force(a), force(c), position(m.P), ten, force(rub)]}\n")
+        found = self.object(0, "equilibrium", "model.yaml", "--stick")["outputs"]
+        y = -10 / 300
+        for name, value in {"force(a)": -100 * y, "force(c)": 200 * (0.1 - y), "sensor(ten)": 10 * y, "force(rub)": -3}.items():
+            self.assertAlmostEqual(found[name], value, places=9, msg=name)
+        self.assertAlmostEqual(found["position(m.P)"][1], 2 + y, places=9)
+        text = self.expect(0, "equilibrium", "model.yaml", "--stick", "--hold", "y=-20 mm", "--solve-for", "k").stdout
+        self.assertRegex(text, r"\n  force\(a\)  6 N\n  force\(c\)  24 N\n  position\(m.P\)  x 0  y 1.98  z 0 m\n")
+        found = self.object(0, "equilibrium", "model.yaml", "--stick", "--target", "force(a)=6", "--solve-for", "k")
+        self.assertAlmostEqual(found["outputs"]["force(c)"], 24, places=9)
+        self.assertAlmostEqual(found["free"]["k"], 300, places=6)
+
     def test_a_motion_that_explodes_ends_soon(self):
         """A negative damper: the amplitude is exp(2.5 t). A state of the same growth is left alone."""
         text = """

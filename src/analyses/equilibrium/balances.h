@@ -82,6 +82,7 @@ typedef struct kmp_balance {
     double *reaction;        /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
     kmp_shared_loads shared; /* components that redundant constraints share; told only where there are closures */
     const char *not_unique;  /* their names; "": none */
+    double *shown;           /* values of the model's outputs; NULL: it requests none */
     double *freed;           /* values solved for */
     double residual, potential;
     kmp_stability stability;
@@ -130,3 +131,6 @@ kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton,
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
                                    kmp_balance *balance);
+
+/** Adds the model's outputs at the state of `linear`, by the multipliers of the balance. */
+kempe_status kmp_balance_add_outputs(kempe_equilibrium *equilibrium, const kmp_linear *linear, kmp_balance *balance);
