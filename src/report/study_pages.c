@@ -543,7 +543,7 @@ static bool is_named(const kempe_model *model, const kmp_column *column)
     return output->index >= 0 && kmp_output_width(model, output) <= 3;
 }
 
-/* The outputs that the model requests, as far as they are few: of many those with a name before all of a kind. */
+/* The outputs that the model requests, as far as they are few. Of many, named ones come before all of a kind. */
 static kempe_status choose_requested(kmp_result_page *page)
 {
     const kempe_model *model = page->system->model;

@@ -2105,6 +2105,14 @@ run: {t_end: 1}
             one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
             self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
 
+    def test_the_range_of_a_mechanism_of_five_coordinates(self):
+        """A six-bar's short diagnosis names the links that turn; the ranges are under --all."""
+        text = self.expect(0, "check", SIX_BAR).stdout
+        self.assertRegex(text, r"range of motion +closed cycle: O, A rotate fully; D, P, E oscillate; ranges: --all\n")
+        whole = self.expect(0, "check", SIX_BAR, "--all").stdout
+        for name, word in {"O": "rotates fully", "A": "rotates fully", "D": "oscillates", "P": "oscillates", "E": "oscillates"}.items():
+            self.assertRegex(whole, rf"\n +{name} +{word}")
+
     def test_outputs_at_an_equilibrium(self):
         """A mass on two springs, of which one is solved for, and a block that friction holds beside its balance."""
         self.model("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 100 N/m}\n"
