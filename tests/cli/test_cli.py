@@ -2113,6 +2113,42 @@ run: {t_end: 1}
         for name, word in {"O": "rotates fully", "A": "rotates fully", "D": "oscillates", "P": "oscillates", "E": "oscillates"}.items():
             self.assertRegex(whole, rf"\n +{name} +{word}")
 
+    FIVE_BAR = ("kempe: 1\nground: {points: {O: [0, 0, 0], A: [-0.1, 0, 0], B: [0.1, 0, 0]}}\nbodies:\n"
+                "  left: {mass: 1, inertia: {zz: 0.004}, points: {A: [0, 0, 0], E: [0.2, 0, 0]}}\n"
+                "  right: {mass: 1, inertia: {zz: 0.004}, points: {B: [0, 0, 0], F: [0.2, 0, 0]}}\n"
+                "  rod: {mass: 1, inertia: {zz: 0.004}, points: {E: [0, 0, 0], T: [0.3, 0, 0]}}\n"
+                "  tool: {mass: 1, inertia: {zz: 0.004}, points: {F: [0, 0, 0], T: [0.3, 0, 0]}}\n"
+                "joints:\n  A: {revolute: [ground.A, left.A]}\n  B: {revolute: [ground.B, right.B]}\n"
+                "  E: {revolute: [left.E, rod.E]}\n  F: {revolute: [right.F, tool.F]}\n  T: {revolute: [rod.T, tool.T]}\n"
+                "  path: {planar: [ground.O, tool.T], coordinates: [x, y, turn]}\nMORE"
+                "start: {q: {A: 130 deg, B: 50 deg, E: -75 deg, F: 75 deg}}\nrun: {t_end: 0.1, outputs: [q]}\n")
+
+    def test_named_coordinates_keep_their_joint(self):
+        """A drive, a force, a held value or an expression of a coordinate with its own name keeps the joint in the tree."""
+        for more in ("drives: {p: {joint: x, displacement: 0.01*t}}\n", "forces: {f: {joint: y, force: 3}}\n",
+                     "forces: {f: {joint: A, torque: 3*q(y)}}\n"):
+            found = self.object(0, "check", self.model(self.FIVE_BAR.replace("MORE", more)))
+            self.assertEqual([cut["joint"] for cut in found["cuts"]].count("path"), 0, more)
+        held = self.object(0, "assemble", self.model(self.FIVE_BAR.replace("MORE", "").replace("start: {", "start: {hold: [y], ").replace("A: 130", "y: 0.38, A: 130")))
+        self.assertAlmostEqual(held["q"]["y"], 0.38, places=12)
+        cut = self.object(0, "check", self.model(self.FIVE_BAR.replace("MORE", "")))
+        self.assertEqual([one["joint"] for one in cut["cuts"]].count("path"), 1)
+
+    def test_a_motion_of_a_cut_joint(self):
+        """Columns of a cut joint prescribe no motion: the message names the joint and the remedy, which works."""
+        self.model(self.FIVE_BAR.replace("MORE", ""))
+        rows = [(0.1 * k, 0.01 * (0.1 * k) ** 2, 0.38) for k in range(11)]
+        for head, extra, word in (("t,q.x,q.y", (), r"only columns of joint 'path' have positions, and it is cut: write 'cut: no'"),
+                                  ("t,q.x,q.y,q.A", (2.2,), r"do not determine all others: .*; the columns of joint 'path' do not count")):
+            (self.folder / "path.csv").write_text("\n".join([head, *(",".join(map(str, (*row, *extra))) for row in rows)]) + "\n")
+            done = kempe("inverse", "model.yaml", "--motion", "path.csv", "--actuators", "A,B", cwd=self.folder)
+            self.assertIn(done.returncode, (1, 2))
+            self.assertRegex(done.stderr, word)
+        self.model(self.FIVE_BAR.replace("MORE", "").replace("coordinates: [x, y, turn]", "coordinates: [x, y, turn], cut: no"))
+        (self.folder / "path.csv").write_text("\n".join(["t,q.x,q.y", *(",".join(map(str, row)) for row in rows)]) + "\n")
+        found = self.object(0, "inverse", "model.yaml", "--motion", "path.csv", "--actuators", "A,B", "--no-convergence-check")
+        self.assertEqual(found["rank"], 2)
+
     def test_outputs_at_an_equilibrium(self):
         """A mass on two springs, of which one is solved for, and a block that friction holds beside its balance."""
         self.model("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 100 N/m}\n"

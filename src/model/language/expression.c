@@ -216,8 +216,9 @@ KMP_NOINLINE static const kmp_expr *parse_unknown(kmp_parser *p, const char *whe
     if (*p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is an algebraic variable, not a function", name);
     if (!p->scope->coordinate)
-        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", name,
-                                  kmp_parse_allowed(p->scope));
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected%s", name,
+                                  kmp_parse_allowed(p->scope),
+                                  u->count ? "" : ", without names of 'algebraic': write it out");
     if (u->late && !u->zero[0] && p->scope->incomplete)
         return NULL;
     if (u->late && !u->zero[0])
