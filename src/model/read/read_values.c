@@ -225,7 +225,10 @@ bool kmp_reader_measure_argument(kmp_reader *r, int point, int axis, kmp_measure
     const kmp_point *p = &r->model->points[point];
     kmp_text name = {0};
     kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
-    *argument = (kmp_measure_argument){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
+    *argument = (kmp_measure_argument){.point = point,
+                                       .axis = axis,
+                                       .frame = p->station > 0 ? 0 : 1 + p->body,
+                                       .name = kmp_text_keep(&name, &r->model->arena)};
     return argument->name;
 }
 
