@@ -820,7 +820,7 @@ class Optima(Case):
                 (3, ("--minimize", "at(miss, 7)", "--parameter", "base:1:3"), "after the end of the run"),
                 (3, ("--minimize", "rms(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'rms(miss)' has no exact derivative"),
                 (3, ("--minimize", "miss", "--parameter", "base:1:3", "--method", "newton"), "available: slopes, values"),
-                (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the model runs at no start")]:
+                (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the start gives no value")]:
             self.assertIn(told, self.expect(code, "optimize", self.CURVE, *words).stderr)
 
 
