@@ -2716,10 +2716,10 @@ class Resume(Case):
             self.assertIn(told or "", done.stderr)
 
     def test_angles_without_a_unit(self):
-        """More than a turn without a unit is named where the model has degrees, and nowhere else."""
+        """More than a turn without a unit is named where the model has degrees, 45 rad and more in any model."""
         for values, start, told in (("tilt: 10 deg", "60", "start q: 'A' is 60 without a unit and is taken in rad, 9.55 turns: for degrees write '60 deg'"),
                                     ("tilt: 10 deg", "-60", "-60 without a unit"), ("tilt: 10 deg, first: 60", "first", "60 without a unit"),
-                                    ("tilt: 10", "60", None), ("tilt: 10 deg", "6.3", None), ("tilt: 10 deg", "60 rad", None),
+                                    ("tilt: 0.1", "20", None), ("tilt: 0.1", "-90", "-90 without a unit"), ("tilt: 0.1", "45", "for degrees write '45 deg'"), ("tilt: 10 deg", "6.3", None), ("tilt: 10 deg", "60 rad", None),
                                     ("tilt: 10 deg", "20*pi", None), ("tilt: 10 deg, first: 20*pi", "first", None), ("tilt: 10 deg", "60 deg", None)):
             model = self.model(f"kempe: 1\nparameters: {{{values}}}\n{self.BODY}"
                                f"forces: {{s: {{joint: A, spring: {{stiffness: 1, rest: tilt}}}}}}\nstart: {{q: {{A: {start}}}}}\n")

@@ -399,10 +399,11 @@ bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node)
 
 void kmp_warn_of_turns(kmp_reader *r)
 {
-    for (const kmp_turns *x = r->turns; r->model->source.degrees && x < r->turns + r->turn_count; x++)
-        kmp_reader_warn(r, x->place,
-                        "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", x->what,
-                        x->value, fabs(x->value) / KMP_TURN, x->value);
+    for (const kmp_turns *x = r->turns; x < r->turns + r->turn_count; x++)
+        if (r->model->source.degrees || fabs(x->value) >= KMP_MANY_TURNS)
+            kmp_reader_warn(r, x->place,
+                            "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'",
+                            x->what, x->value, fabs(x->value) / KMP_TURN, x->value);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
