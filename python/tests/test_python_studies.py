@@ -732,6 +732,12 @@ def test_equilibrium():
     assert found.equilibria["stability"][0] == found.stability(0) and found.history.row_count > 0
 
 
+def test_warnings_have_the_words_of_python():
+    model = kempe.Model(EXAMPLES / "n_four_bar_spatial/n_four_bar_spatial.yaml")
+    with pytest.warns(kempe.KempeWarning, match=r'loads="least-norm" gives the smallest shares'):
+        model.system().inverse(actuators=model.coordinates[0])
+
+
 @pytest.mark.parametrize("name", ["toggle_press", "scissor_lift", "contact_arc", "friction_stack", "planetary_gearbox", "limousine"])
 def test_outputs_at_an_equilibrium(name):
     """They are the outputs of a run that starts there."""
