@@ -239,6 +239,19 @@ static bool find_argument(void *user, const char *text, const char *word, int co
     return point >= 0 && kmp_reader_measure_argument(r, point, -1, argument);
 }
 
+/* An expression may be read more than once. */
+static void note_turns(void *user, const char *function, double value, int column)
+{
+    kmp_reader *r = user;
+    const kmp_turns turns = {
+        {r->scope_line, column, r->scope}, kmp_reader_say(r, "the argument of %s", function), value, true};
+    bool known = false;
+    for (int k = 0; k < r->turn_count; k++)
+        known = known || memcmp(&r->turns[k].place, &turns.place, sizeof turns.place) == 0;
+    if (!known && KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
+        r->turns[r->turn_count++] = turns;
+}
+
 /* Contacts with a law are known before they are read. */
 static const char *find_contact(void *user, const char *name)
 {
@@ -301,6 +314,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,
                             .degrees = &r->model->source.degrees,
+                            .turns = note_turns,
                             .place = allowed == KMP_OF_X       ? 1
                                      : allowed == KMP_OF_PLACE ? 3
                                                                : 0};
@@ -400,7 +414,7 @@ bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node)
 void kmp_warn_of_turns(kmp_reader *r)
 {
     for (const kmp_turns *x = r->turns; x < r->turns + r->turn_count; x++)
-        if (r->model->source.degrees || fabs(x->value) >= KMP_MANY_TURNS)
+        if (x->certain || r->model->source.degrees || fabs(x->value) >= KMP_MANY_TURNS)
             kmp_reader_warn(r, x->place,
                             "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'",
                             x->what, x->value, fabs(x->value) / KMP_TURN, x->value);
@@ -424,7 +438,7 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
     if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr)) {
-        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value};
+        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value, false};
         if (KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
             r->turns[r->turn_count++] = turns;
     }
