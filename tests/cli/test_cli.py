@@ -2149,6 +2149,15 @@ run: {t_end: 1}
         found = self.object(0, "inverse", "model.yaml", "--motion", "path.csv", "--actuators", "A,B", "--no-convergence-check")
         self.assertEqual(found["rank"], 2)
 
+    def test_statistics_show_small_differences(self):
+        """The ends of the interval of a mean differ in the text, also where values differ by 1e-6 of their size."""
+        text = self.expect(0, "ensemble", FOUR_BAR, "--sample", "base=0.9:0.9000002", "--instances", "200", "--t-end", "0.01",
+                           "--quantity", "b=base").stdout
+        mean, low, high = map(float, re.search(r"mean +(\S+) \((\S+) to (\S+)\)", text).groups())
+        self.assertTrue(low < mean < high, text)
+        quantiles = [float(x) for x in re.search(r"quantiles 5 % (\S+), 50 % (\S+), 95 % (\S+)\n", text).groups()]
+        self.assertEqual(len(set(quantiles)), 3, text)
+
     def test_outputs_at_an_equilibrium(self):
         """A mass on two springs, of which one is solved for, and a block that friction holds beside its balance."""
         self.model("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 100 N/m}\n"
