@@ -478,7 +478,7 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
-static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
     const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.friction->element[element];
@@ -487,13 +487,13 @@ static void tell(void *self, kmp_friction_fact fact, int element, double t, doub
             run->log, "solutions", t, number, NAN,
             "%d combinations of slip and stick are possible; the run continues with the one nearest to the last",
             (int)number);
-    } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
+    } else if (fact == KMP_FRICTION_FACT_CHANGE) {
         const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.friction->element[e->base];
         const kmp_contact_words words = kmp_contact_words_of(run->s->model, name_of(run, named));
         const bool rope = e->contact && strcmp(words.noun, "rope") == 0;
         kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "%s'%s%s' %s",
                         rope ? "rope " : "", name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e, &words));
-    } else if (fact == KMP_FRICTION_TELLS_LEFT) {
+    } else if (fact == KMP_FRICTION_FACT_LEFT) {
         kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g s",
                         name_of(run, e), e->smooth_t, t);
     } else {
@@ -623,7 +623,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
                                 .forget = forget,
                                 .forget_loads = forget_loads,
                                 .fail = fail,
-                                .tell = tell};
+                                .report = report};
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
     x->count = count;

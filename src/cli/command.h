@@ -103,7 +103,7 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
 /** Prints the error message, and writes a JSON object also when there is no result to print. */
 void cli_report_failure(const cli_job *j, kempe_status status, bool has_result);
 
-/** The status of the computation counts; when that was fine, the status of telling about it. */
+/** The status of the computation counts; when that was fine, the status of shown_loads about it. */
 kempe_status cli_worse(kempe_status computed, kempe_status reported);
 
 /** Reports a file that could not be written; returns `written`. */

@@ -214,7 +214,7 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     double reported = repeat->promised * rtol,
            clear = reported > 0 ? (repeat->uneven ? 0 : APART * reported) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
-    bool seen = !repeat->visible && !(reported > 0); /* neither ranges nor the size of the error are told */
+    bool seen = !repeat->visible && !(reported > 0); /* neither ranges nor the size of the error are reported */
     clear = seen ? fmin(clear, KMP_VISIBLE) : clear;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);

@@ -246,7 +246,7 @@ static void gyroscopes_stay_on_the_axis(void)
     kmp_spectrum_free(&s);
 }
 
-static void a_mass_that_is_none_is_told(void)
+static void a_mass_that_is_none_is_reported(void)
 {
     double m[] = {1, 1, 1, 1}, zero[4] = {0};
     kmp_spectrum s = {.p = 7};
@@ -298,7 +298,7 @@ int main(void)
     TEST(zeros_have_the_chains_that_they_have);
     TEST(light_parts_hide_no_root);
     TEST(gyroscopes_stay_on_the_axis);
-    TEST(a_mass_that_is_none_is_told);
+    TEST(a_mass_that_is_none_is_reported);
     TEST(left_vectors_give_derivatives);
     return check_report();
 }

@@ -206,7 +206,7 @@ static kempe_status look_again(kempe_equilibrium *e)
             status =
                 kmp_shared_loads_between(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, &e->arena, &found);
         if (status == KEMPE_OK)
-            status = kmp_tell_shared_loads(e->system, &found, e->least_norm, &e->arena, &text);
+            status = kmp_report_shared_loads(e->system, &found, e->least_norm, &e->arena, &text);
         b->not_unique = text;
         b->shared = found;
     }
@@ -226,7 +226,7 @@ const char *kmp_contact_text(kmp_contact_word word)
 }
 
 /* Tells what small motions, or other forces, depend on. */
-static void tell(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
+static void name_contacts(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
 {
     kmp_text names = {0};
     int count = 0;
@@ -285,10 +285,10 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
     }
     if (equilibrium->count > 0)
         return;
-    tell(equilibrium, balance, KMP_CONTACT_TOUCHES,
-         "surfaces touch here without a force; small motions open or close them");
-    tell(equilibrium, balance, KMP_CONTACT_SHARES,
-         "contact forces are not unique, because the contacts are redundant; one solution is shown");
+    name_contacts(equilibrium, balance, KMP_CONTACT_TOUCHES,
+                  "surfaces touch here without a force; small motions open or close them");
+    name_contacts(equilibrium, balance, KMP_CONTACT_SHARES,
+                  "contact forces are not unique, because the contacts are redundant; one solution is shown");
 }
 
 /* -- a balance ---------------------------------------------------------------------------------------- */
@@ -481,7 +481,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
                          .rate_count = e->rate_count,
                          .newton = e->newton,
                          .exchange = e->exchange,
-                         .told = e->state_alone};
+                         .warned = e->state_alone};
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     KMP_TRY(kmp_made(e->system->context, q));
     KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));

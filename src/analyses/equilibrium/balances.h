@@ -80,7 +80,7 @@ typedef struct kmp_balance {
     double *q, *qd;          /* n, as the user counts them */
     double *lambda;          /* m */
     double *reaction;        /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
-    kmp_shared_loads shared; /* components that redundant constraints share; told only where there are closures */
+    kmp_shared_loads shared; /* components that redundant constraints share; named only where there are closures */
     const char *not_unique;  /* their names; "": none */
     double *freed;           /* values solved for */
     double residual, potential;

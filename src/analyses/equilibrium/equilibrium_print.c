@@ -46,7 +46,7 @@ static bool reactions_of(const kempe_equilibrium *e, const kmp_balance *b, kmp_r
         return false;
     r->least_norm = e->least_norm;
     kmp_reactions_add(r, 0, b->reaction);
-    return !b->shared.told || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
+    return !b->shared.matters || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
 }
 
 static void put_reactions(kmp_text *text, kmp_json *json, const kempe_equilibrium *e, const kmp_balance *b)

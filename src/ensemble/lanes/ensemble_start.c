@@ -422,8 +422,8 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
     result->drift = kmp_verdict_drift(drift, exchanged, fmax(fabs(potential), fabs(x->potential)));
     for (int k = 0; k < e->s->events.count; k++)
-        result->deflects =
-            result->deflects || (e->s->events.condition[k].told == KMP_TOLD_DEFLECTION && past && past[k].told);
+        result->deflects = result->deflects ||
+                           (e->s->events.condition[k].validity == KMP_VALIDITY_DEFLECTION && past && past[k].reported);
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }

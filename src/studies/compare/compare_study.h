@@ -55,7 +55,7 @@ typedef struct kmp_tables {
     int best_count, *best;
 } kmp_tables;
 
-/** In an arena, whose failure tells of missing memory. */
+/** In an arena, which records missing memory. */
 typedef struct kmp_sentences {
     int count;
     const char **s;

@@ -7,10 +7,10 @@
 #include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "constraints/evaluation/state_ends.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
@@ -788,7 +788,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
     if (status == KEMPE_OK && j->least_norm && shows_loads(model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
-        kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
+        kmp_eval_report_tables(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     kmp_remark_conditions(t->system, &t->log, &t->remarks);
     kmp_warn_of_lift_off(t->system, &t->table);
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
