@@ -623,9 +623,8 @@ bool kmp_trajectory_loses_energy(const kempe_trajectory *t)
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > kmp_trajectory_trusted_gap(t))
-        kmp_doubt(t->system->context,
-                  "the loops open by %.2g of the characteristic length: use a smaller rtol, or compare formulations",
-                  t->verdict.h_max);
+        kmp_doubt(t->system->context, "the loops open by %.2g of the characteristic length: %s", t->verdict.h_max,
+                  kmp_accuracy_remedy(t->spec.rtol));
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
         kmp_doubt(t->system->context,
                   "constraint equation '%s', omitted as redundant, is open by %.2g m at t = %.9g s (closure_tolerance "
@@ -640,9 +639,8 @@ static void warn_of_verdict(const kempe_trajectory *t)
                 "prescribe, does not depend on it",
                 t->verdict.drift_rel);
     else
-        kmp_doubt(t->system->context,
-                  "the energy error is %.2g of the energy exchanged: use a smaller rtol, or compare formulations",
-                  t->verdict.drift_rel);
+        kmp_doubt(t->system->context, "the energy error is %.2g of the energy exchanged: %s", t->verdict.drift_rel,
+                  kmp_accuracy_remedy(t->spec.rtol));
 }
 
 /* Multipliers that redundant rows leave open have no error. */
@@ -928,9 +926,9 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
                              kmp_trajectory_unit(t),
-                             bounded   ? "; allow more steps (max_steps)"
+                             bounded   ? "allow more steps (max_steps)"
                              : advised ? ""
-                                       : "; use a smaller rtol, or compare formulations");
+                                       : kmp_accuracy_remedy(t->spec.rtol));
     if (status == KEMPE_OK && t->again.form > 0)
         kmp_log(j->context, KEMPE_LOG_WARNING,
                 "the angles from '%s' on pass their singular position: at rtol %.3g they differ from t = %.6g s on; "
