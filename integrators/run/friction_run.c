@@ -7,6 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/friction/friction_problem.h"
@@ -15,7 +16,9 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/data/rope.h"
+#include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
@@ -151,9 +154,19 @@ static kmp_friction_numbers numbers(const void *self)
         .span = kmp_friction_span(run), .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
 }
 
+/* The rate of a motion that is not known yet. */
+static double least_pace(const kmp_runner *run)
+{
+    double g[3];
+    for (int i = 0; i < 3; i++)
+        g[i] = kmp_number_at(&run->s->model->gravity[i], run->s->parameters);
+    return kmp_start_least_rate(run->spec.t_end - run->spec.t_start, hypot(hypot(g[0], g[1]), g[2]), run->s->length);
+}
+
 double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
-    double rate = fmax(run->rate_scale, 1 / (run->spec.t_end - run->spec.t_start));
+    const bool known = run->rate_scale > 1 / run->spec.t_end; /* otherwise it is that of the span */
+    double rate = fmax(known ? run->rate_scale : 0, least_pace(run));
     for (int i = 0; i < run->s->n; i++)
         rate = fmax(rate, fabs(qd[i]) / run->s->scale[i]);
     return rate;
