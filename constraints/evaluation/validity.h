@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions of validity at a state: tables are used within their points, levels of friction are not negative, flexible
- * bodies deflect and turn by less than their shapes are right for. Where one is violated the result is doubted. */
+ * bodies deflect and turn within the limits of their shapes. The result of a state that violates one is doubted. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

@@ -8,8 +8,8 @@
 
 /* -- the rate of a motion and tolerances ---------------------------------------------------------------- */
 
-/** The rate, 1/s, of a motion that is not known yet: it takes the whole span, but is no faster than a pendulum as long
- * as the mechanism (where there is gravity, m/s^2). A short run does not make a resting mechanism fast. */
+/** The rate, 1/s, of a motion that is not known yet: at most 1 over the span, and at most the rate of a pendulum as
+ * long as the mechanism, where there is gravity (m/s^2). A short run does not make a resting mechanism fast. */
 KMP_INLINE double kmp_start_least_rate(double span, double gravity, double length)
 {
     return gravity > 0 ? fmin(1 / span, sqrt(gravity / length)) : 1 / span;

@@ -1010,7 +1010,7 @@ static bool is_as_before(const kmp_friction_element *e)
 {
     bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
          rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
-    if (e->across == 2) /* the first component stands for both */
+    if (e->across == 2) /* the first component decides for both */
         return true;
     bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));

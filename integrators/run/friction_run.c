@@ -165,7 +165,7 @@ static double least_pace(const kmp_runner *run)
 
 double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
-    const bool known = run->rate_scale > 1 / run->spec.t_end; /* otherwise it is that of the span */
+    const bool known = run->rate_scale > 1 / run->spec.t_end; /* otherwise it is the rate of the span */
     double rate = fmax(known ? run->rate_scale : 0, least_pace(run));
     for (int i = 0; i < run->s->n; i++)
         rate = fmax(rate, fabs(qd[i]) / run->s->scale[i]);

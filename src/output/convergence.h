@@ -92,8 +92,8 @@ const char *kmp_convergence_word(const kmp_convergence *convergence);
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *unit, const char *advice);
 
-/** What helps a run that is not accurate enough: a smaller rtol, where there is one. Errors of rounding do not fall
- * with rtol. */
+/** The remedy for a run that is not accurate enough, as words: a smaller rtol, unless errors of rounding count, which
+ * do not fall with rtol. */
 const char *kmp_accuracy_remedy(double rtol);
 
 /** The difference to the second run with its unit, "0.36 rad"; relative without a unit. */
