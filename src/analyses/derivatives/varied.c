@@ -644,6 +644,10 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: it is the position nearest to goals "
                         "(start: goals); give the resulting coordinates as start values, and hold them");
+    if (a->balance)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: it is at an equilibrium (start: at); "
+                        "give the resulting coordinates as start values, and hold them");
     if (a->centred || a->rested)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: its %s are computed without "
