@@ -670,6 +670,26 @@ class Equilibria(Case):
         self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--global").stderr)
         self.expect(3, "equilibrium", path, "--rates", "T=1")
         self.expect(3, "equilibrium", path, "--rates", "S")
+    def test_motions_begin_there(self):
+        """The state of `equilibrium` is the first row of a run, of steady motions, too; the JSON says where a run began."""
+        for path, words, at in ((FOUR_BAR, (), "equilibrium"), (self.GOVERNOR, ("--rates", "shaft=5.5"), "equilibrium shaft=5.5")):
+            found, table = self.object(0, "equilibrium", path, *words), self.folder / "rows.csv"
+            run = self.object(0, "simulate", path, "--at", at, "--t-end", 0.2, "-o", table)
+            self.assertEqual((run["start_at"], run["start"]["stability"]), (at, found["stability"]))
+            first = next(csv.DictReader(table.read_text().splitlines()))
+            for name in found["q"]:
+                self.assertAlmostEqual(float(first[f"q.{name}"]), found["q"][name], 12)
+                self.assertAlmostEqual(float(first[f"qd.{name}"]), found["qd"][name], 12)
+        for command in ("assemble", "compare"):
+            made = self.object(0, command, FOUR_BAR, "--at", "equilibrium", *(() if command == "assemble" else ("--t-end", 0.1)))
+            self.assertEqual((made["start_at"], made["start"]["stability"]), ("equilibrium", "stable"))
+        path = self.model(self.FALLS)
+        failed = self.object(1, "simulate", path, "--at", "equilibrium")
+        self.assertIn("nothing restrains 'S'", failed["reason"])
+        self.assertEqual(self.object(0, "simulate", path, "--at", "start").get("start_at"), None)
+        self.assertIn("unknown state 'rest'", self.expect(3, "simulate", path, "--at", "rest").stderr)
+        self.assertIn("unknown option '--at'", self.expect(3, "fit", FOUR_BAR, "a.csv", "--at", "equilibrium").stderr)
+
     def test_what_has_no_place_has_a_speed(self):
         """A shaft with a motor goes on steadily: found without being asked for, by its name and with a sentence."""
         path = self.model("""kempe: 1
