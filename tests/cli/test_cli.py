@@ -838,7 +838,7 @@ class Optima(Case):
                 (3, ("--minimize", "miss", "--parameter", "base:1:2"), "its start 2.2 is not between its bounds"),
                 (2, ("--minimize", "max(", "--parameter", "base:1:3"), "quantity:1"),
                 (3, ("--minimize", "at(miss, 7)", "--parameter", "base:1:3"), "after the end of the run"),
-                (3, ("--minimize", "rms(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'rms(miss)' has no exact derivative"),
+                (3, ("--minimize", "range(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'range(miss)' has no exact derivative"),
                 (3, ("--minimize", "miss", "--parameter", "base:1:3", "--method", "newton"), "available: slopes, values"),
                 (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the model runs at no start")]:
             self.assertIn(told, self.expect(code, "optimize", self.CURVE, *words).stderr)
