@@ -30,6 +30,8 @@ typedef struct kmp_start_balance {
     const char *title;     /* "at the equilibrium that its start leads to: stable" */
     const char *remarks;   /* sentences, one per line: what of the given start does not count, and what moves on */
     int growing;           /* motions that grow */
+    bool moves;            /* some coordinate has a rate */
+    int idle_count, *idle; /* coordinates that nothing depends on: they are where the loops were closed */
     double rate;           /* the largest real part of an eigenvalue, 1/s; NaN: none is known */
     double residual;       /* relative */
 } kmp_start_balance;

@@ -573,7 +573,7 @@ static void put_text(kmp_text *text, const void *result)
         const kempe_outcome outcome = b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&sums);
         kmp_instance_causes_add(&causes, s.table, b->first);
         kmp_instances_put_answer(text, b->ensemble->model->name, outcome, &sums, &causes);
-        kmp_starts_show(text, kmp_model_start(b->ensemble->model)->at);
+        kmp_starts_show(text, "instance", kmp_model_start(b->ensemble->model)->at);
         kmp_print_doubts(text, outcome, b->warnings);
         kmp_text_put(text, "\n");
         const size_t head = text->length;

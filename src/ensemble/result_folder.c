@@ -307,7 +307,7 @@ static void put_text(kmp_text *text, const void *result)
     kmp_instances_put_answer(text, f->model, outcome_of(f), &sums, &f->causes);
     kmp_text at = {0};
     if (kmp_manifest_text(f->manifest, "at", &at))
-        kmp_starts_show(text, at.s);
+        kmp_starts_show(text, "instance", at.s);
     kmp_text_free_part(text, &at);
     if (f->interrupted)
         kmp_text_put(text, "  interrupted\n");

@@ -27,10 +27,10 @@ void kmp_start_balance_json(kmp_json *json, const kmp_start_balance *balance)
     kmp_json_put(json, "] }");
 }
 
-void kmp_starts_show(kmp_text *text, const char *at)
+void kmp_starts_show(kmp_text *text, const char *what, const char *at)
 {
     if (at)
-        kmp_text_printf(text, "  each instance begins at the equilibrium that its own start leads to%s\n",
+        kmp_text_printf(text, "  each %s begins at the equilibrium that its own start leads to%s\n", what,
                         strchr(at, ' ') ? ", a steady motion" : "");
 }
 
@@ -43,5 +43,7 @@ bool kmp_start_balance_copy(kmp_arena *arena, const kmp_start_balance *from, con
     *copy = *from;
     copy->title = kmp_arena_strdup(arena, from->title);
     copy->remarks = kmp_arena_strdup(arena, from->remarks);
+    copy->idle = NULL;
+    copy->idle_count = 0;
     return copy->title && copy->remarks;
 }

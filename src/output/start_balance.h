@@ -12,8 +12,9 @@ void kmp_start_balance_show(kmp_text *text, const kmp_start_balance *balance);
 /** The member `start` of an open object; nothing of NULL. */
 void kmp_start_balance_json(kmp_json *json, const kmp_start_balance *balance);
 
-/** A line below the title of many motions, each from its own start; `at` as of a start, nothing of NULL. */
-void kmp_starts_show(kmp_text *text, const char *at);
+/** A line below the title of many motions, each from its own start: what each is ("run"); `at` as of a start, nothing
+ * of NULL. */
+void kmp_starts_show(kmp_text *text, const char *what, const char *at);
 
-/** A copy in an arena, also of NULL. False: no memory. */
+/** A copy for print in an arena, also of NULL. False: no memory. */
 bool kmp_start_balance_copy(kmp_arena *arena, const kmp_start_balance *from, const kmp_start_balance **to);

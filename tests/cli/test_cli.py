@@ -683,6 +683,15 @@ class Equilibria(Case):
         for command in ("assemble", "compare"):
             made = self.object(0, command, FOUR_BAR, "--at", "equilibrium", *(() if command == "assemble" else ("--t-end", 0.1)))
             self.assertEqual((made["start_at"], made["start"]["stability"]), ("equilibrium", "stable"))
+        path = self.model("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 20}\nbodies: {rod: {joint: {name: A, revolute: z, at: ground}, "
+                          "mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}}\nforces: {s: {joint: A, torque: -k*q(A) + sin(9*t)}}\n"
+                          "start: {at: equilibrium}\nrun: {t_end: 0.5, output_step: 0.05, outputs: [q]}\n")
+        self.expect(0, "simulate", path, "--set", "k=23", "-o", self.folder / "swing.csv")
+        for words in (("sensitivity",), ("optimize", "--minimize", "mean(q(A)^2)", "--parameter", "k:10:30"),
+                      ("fit", "swing.csv", "--parameter", "k:10:30", "--columns", "q.A")):
+            done = self.expect(0, words[0], path, *words[1:])
+            self.assertIn("\n  each run begins at the equilibrium that its own start leads to\n", done.stdout)
+        self.assertAlmostEqual(self.object(0, "fit", path, "swing.csv", "--parameter", "k:10:30", "--columns", "q.A")["parameters"]["k"]["value"], 23, 6)
         path = self.model(self.FALLS)
         failed = self.object(1, "simulate", path, "--at", "equilibrium")
         self.assertIn("nothing restrains 'S'", failed["reason"])

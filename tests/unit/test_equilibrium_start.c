@@ -7,9 +7,11 @@
 #include "constraints/closing/assembly.h"
 #include "loaded.h"
 #include "model/data/state.h"
+#include "model/data/variant.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
+#include <kempe/gradient.h>
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <stdlib.h>
@@ -274,15 +276,102 @@ static void none_is_refused(void)
     unload_at(&l);
 }
 
+/* A torque that changes with time moves the rod away from its equilibrium, which the integral of a controller has. */
+static const char driven[] =
+    "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {c: 0.5, load: 2, hill: 1}\n"
+    "states: {sum: {rate: '20*(0.1 - q(A))'}}\n"
+    "bodies:\n  rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [c, 0, 0], inertia: {zz: 0.08}}\n"
+    "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+    "forces:\n  motor: {joint: A, torque: 'sum - 30*q(A) - 4*qd(A) - load + sin(5*t)'}\n"
+    "start: {q: {A: -20 deg, x: 3*hill}, at: equilibrium}\nrun: {t_end: 0.5}\n";
+
+/* The derivatives of the first row and of the last one, against central differences of runs of models with other
+ * parameters, each of which begins at its own equilibrium. */
+static void derivatives_are_differences(void)
+{
+    static const struct {
+        const char *path, *text, *name, *output, *coordinate;
+        bool rate;
+        double value, step;
+    } cases[] = {{NULL, pendulum, "k", "q(A)", "A", false, 5, 1e-4},
+                 {NULL, driven, "c", "qd(A)", "A", true, 0.5, 1e-5},
+                 {NULL, driven, "load", "state(sum)", "sum", true, 2, 1e-4},
+                 {NULL, driven, "hill", "q(x)", "x", false, 1, 1e-4},
+                 {"examples/double_four_bar/double_four_bar.yaml", NULL, "k", "q(lever)", "lever", false, 60, 1e-3},
+                 {"examples/double_four_bar/double_four_bar.yaml", NULL, "rod", "q(crank)", "crank", false, 0.7, 1e-6},
+                 {"examples/stewart/stewart.yaml", NULL, "k", "q(platform.3)", "platform.3", false, 2000, 0.1},
+                 {"examples/quarter_car/quarter_car.yaml", NULL, "spring", "q(body)", "body", false, 18000, 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = cases[k].path ? load_at(cases[k].path, "equilibrium") : load_text(cases[k].text);
+        const kempe_run_options run = {.t_end = 0.5, .rtol = 1e-11, .no_convergence_check = 1, .output_step = 0.5};
+        kempe_model *base = NULL, *moved[2] = {NULL, NULL};
+        CHECK(kmp_variant_instance(l.model, 1, &cases[k].name, &cases[k].value, &base) == KEMPE_OK);
+        kempe_sensitivity *s = NULL;
+        kempe_table *rows = NULL;
+        const kempe_status status = kempe_sensitivity_new(
+            base, &(kempe_sensitivity_options){.parameters = cases[k].name, .outputs = cases[k].output, .run = &run},
+            &s);
+        if (status != KEMPE_OK)
+            printf("%s\n", kempe_context_message(l.context));
+        CHECK(status == KEMPE_OK && kempe_sensitivity_table(s, "rows", &rows) == KEMPE_OK);
+        double ends[2][2] = {{0}};
+        for (int side = 0; side < 2; side++) {
+            const double value = cases[k].value + (side ? cases[k].step : -cases[k].step);
+            kempe_system *system = NULL;
+            kempe_trajectory *t = NULL;
+            CHECK(kmp_variant_instance(l.model, 1, &cases[k].name, &value, &moved[side]) == KEMPE_OK &&
+                  kempe_system_new(moved[side], &system) == KEMPE_OK && kempe_simulate(system, &run, &t) == KEMPE_OK);
+            for (int end = 0; t && end < 2; end++) {
+                const int row = end ? kempe_trajectory_row_count(t) - 1 : 0;
+                const double *x = cases[k].rate ? kempe_trajectory_qd(t, row) : kempe_trajectory_q(t, row);
+                ends[side][end] = x[coordinate_named(&l, cases[k].coordinate)];
+            }
+            kempe_trajectory_free(t);
+            kempe_system_free(system);
+        }
+        for (int end = 0; rows && end < 2; end++) {
+            const int row = end ? kempe_table_row_count(rows) - 1 : 0;
+            const double slope = kempe_table_number(rows, row, 2);
+            const double difference = (ends[1][end] - ends[0][end]) / (2 * cases[k].step);
+            if (!(fabs(slope - difference) <= 2e-6 * fmax(fabs(difference), 1e-3)))
+                printf("%s by %s at row %d: %.12g, differences %.12g\n", cases[k].output, cases[k].name, row, slope,
+                       difference);
+            CHECK(fabs(slope - difference) <= 2e-6 * fmax(fabs(difference), 1e-3));
+        }
+        kempe_table_free(rows);
+        kempe_sensitivity_free(s);
+        kempe_model_free(base);
+        kempe_model_free(moved[0]);
+        kempe_model_free(moved[1]);
+        unload_at(&l);
+    }
+}
+
 static void derivatives_are_refused(void)
 {
-    loaded l = load_text(pendulum);
-    kempe_sensitivity *s = NULL;
-    CHECK(kempe_sensitivity_new(l.model, &(kempe_sensitivity_options){.parameters = "k", .outputs = "q(A)"}, &s) ==
-          KEMPE_E_FAILED);
-    CHECK(strstr(kempe_context_message(l.context), "it is at an equilibrium (start: at)"));
-    kempe_sensitivity_free(s);
-    unload_at(&l);
+    static const struct {
+        const char *path, *state, *parameter, *why;
+    } cases[] = {{"examples/governor/governor.yaml", "equilibrium", "M", "it is a steady motion"},
+                 {"tests/models/friction_guide.yaml", "equilibrium", "mu", "friction that sticks, and rigid contacts"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = load_at(cases[k].path, cases[k].state);
+        kempe_sensitivity *s = NULL;
+        CHECK(kempe_sensitivity_new(l.model,
+                                    &(kempe_sensitivity_options){.parameters = cases[k].parameter, .outputs = "q"},
+                                    &s) == KEMPE_E_FAILED);
+        CHECK(strstr(kempe_context_message(l.context), cases[k].why));
+        kempe_sensitivity_free(s);
+        unload_at(&l);
+    }
+    loaded l = load_text("kempe: 1\nparameters: {k: 1}\nstates: {s: {rate: 'q(x) - s'}}\nbodies: {m: {joint: {name: x, "
+                         "prismatic: x, at: ground}, mass: 1}}\nforces: {f: {joint: x, force: 's - 2*k*q(x)'}}\n"
+                         "start: {at: equilibrium}\n");
+    kempe_gradient *g = NULL;
+    CHECK(kempe_gradient_new(l.model, &(kempe_gradient_options){.parameters = "k", .driven = "x"}, &g) ==
+          KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "leave 'at' out"));
+    kempe_gradient_free(g);
+    unload(&l);
 }
 
 /* -- other starts --------------------------------------------------------------------------------------------- */
@@ -389,6 +478,7 @@ int main(void)
     TEST(an_unstable_one_is_said);
     TEST(friction_is_named);
     TEST(none_is_refused);
+    TEST(derivatives_are_differences);
     TEST(derivatives_are_refused);
     TEST(words_are_checked);
     TEST(a_given_position_counts);

@@ -81,6 +81,14 @@ static void put_remarks(kmp_text *text, const kempe_equilibrium *e, const kempe_
                            "these do not change\n");
 }
 
+static bool moves(const kempe_system *s, const kmp_balance *b)
+{
+    bool any = false;
+    for (int k = 0; k < kmp_model_coordinates(s->model); k++)
+        any = any || b->qd[k] != 0;
+    return any;
+}
+
 static kempe_status describe(kempe_assembly *a, const kempe_equilibrium *e)
 {
     const kmp_balance *b = &e->balance[0];
@@ -101,6 +109,9 @@ static kempe_status describe(kempe_assembly *a, const kempe_equilibrium *e)
                               .title = kmp_text_keep(&title, &a->arena),
                               .remarks = remarks.length > 0 ? kmp_text_keep(&remarks, &a->arena) : "",
                               .growing = b->stability.growing,
+                              .moves = moves(a->system, b),
+                              .idle_count = b->idle_count,
+                              .idle = kmp_arena_copy(&a->arena, b->idle, b->idle_count, sizeof *b->idle),
                               .rate = b->stability.re,
                               .residual = b->residual};
     a->balance = to;
