@@ -27,6 +27,8 @@ typedef struct cli_job {
     kempe_table *earlier; /* of --against; NULL: not given */
     kempe_folder *folder;
     kempe_model *base;
+    kempe_model
+        *given; /* of which `model`, or `base`, is with another state at its start; NULL: they are as they were read */
     cli_settings own;
 } cli_job;
 

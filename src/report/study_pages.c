@@ -10,7 +10,6 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/closing/static_start.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/fit/fit_study.h"
@@ -208,9 +207,14 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     if (page->curves.first_count == 0)
         choose_first(page, "q.", KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
-    kempe_status status = kmp_assemble_start(page->system, &start);
-    if (status == KEMPE_OK)
-        status = kmp_static_start(page->system, start);
+    const bool quiet = kmp_context_quiet(page->context, true);
+    kempe_status status = kmp_assembly_at_start(page->system, &start);
+    (void)kmp_context_quiet(page->context, quiet);
+    if (status == KEMPE_E_FAILED &&
+        start) { /* instances may have the start that the model itself lacks: as far as it is */
+        kmp_context_clear(page->context);
+        status = KEMPE_OK;
+    }
     if (status == KEMPE_OK)
         status = kmp_page_add_frames(page, 1, start->q, 0, NULL);
     kempe_assembly_free(start);

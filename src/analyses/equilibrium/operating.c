@@ -152,7 +152,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                         "unknown state '%s': 'start', 'equilibrium', or 'equilibrium NAME=RATE,..' (a steady motion)",
                         word);
     kempe_assembly *a = NULL;
-    KMP_TRY(kmp_assembly_at_start(system, &a));
+    KMP_TRY(start ? kmp_assembly_at_start(system, &a) : kmp_assembly_as_given(system, &a));
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {

@@ -39,6 +39,7 @@ typedef struct kmp_ensemble_result {
     int parts;           /* of its time that separate runs have made between lanes */
     bool rates_changed;  /* its start rates were given and could not be kept */
     bool gaps_changed;   /* closing its loops moves what counts from the start as it is written */
+    bool leaves;         /* it starts at an unstable equilibrium */
     bool unstable;       /* its deformations start in a balance that is not stable */
     const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;

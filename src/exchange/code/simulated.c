@@ -292,11 +292,15 @@ static kempe_status take_start_values(struct kmp_simulated *x, kmp_arena *arena,
                 "start: the deformations of 'elastic: static' belong to the nominal parameters, because %s: with other "
                 "values the motion begins out of balance",
                 obstacle);
+    if (assembly->balance && system->model->parameter_count > 0)
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "start: the equilibrium belongs to the nominal parameters: with other values the motion begins out of "
+                "balance");
     for (int k = 0; k < system->n; k++) {
-        x->given[2 * k] = start->q[k].value;
-        x->given[2 * k + 1] = start->qd[k].value;
-        x->keeps[k] |=
-            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
+        x->given[2 * k] = assembly->balance ? assembly->q[k] : start->q[k].value;
+        x->given[2 * k + 1] = assembly->balance ? assembly->qd[k] : start->qd[k].value;
+        x->keeps[k] |= (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) |
+                       (start->qd_given[k] || assembly->balance ? KEMPE_START_KEEPS_RATE : 0);
     }
     return kmp_made(system->context, !arena->failed);
 }

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
@@ -20,6 +21,7 @@
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/start_balance.h"
 #include "studies/simulate/flexible_doubts.h"
 #include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
@@ -519,7 +521,8 @@ static kempe_status read_options(kmp_simulation *j)
     KMP_TRY(kmp_made(j->context, state));
     memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
     memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
-    j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->resumed = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->start = &j->resumed;
     j->spec.t_start = kmp_samples_time(&j->before, last);
     j->spec.work_start = kmp_samples_work(&j->before, last);
     if (!(j->spec.t_start < j->spec.t_end))
@@ -864,7 +867,7 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
         return kmp_fail_memory(j->context);
     j->kept.since = j->spec.t_start;
     j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
-    kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    kempe_status status = kmp_run(j->system, &j->spec, j->start, take_row, &s, &t->report);
     j->spec.recording = NULL;
     j->spec.kept_past = NULL;
     j->spec.step = NULL;
@@ -918,8 +921,8 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
     if (j->counts.steps && !j->counts.changes && kmp_run_judge_find())
         KMP_TRY(kmp_run_judge_find()->loses_contact(j->system, &t->table, &j->counts.changes));
-    kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
-                                                 t->report.requested, j->counts.steps ? &j->counts : NULL, &t->again);
+    kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start, &t->table, t->report.requested,
+                                                 j->counts.steps ? &j->counts : NULL, &t->again);
     const bool bounded = !isnan(t->again.stopped) && j->spec.max_steps > 0;
     const bool advised =
         t->verdict.h_max > kmp_trajectory_trusted_gap(t) || (!t->report.prescribed && kmp_trajectory_loses_energy(t));
@@ -970,12 +973,23 @@ kempe_status kmp_simulation_begin(kmp_simulation *j, const kempe_system *system,
     return read_options(j);
 }
 
+/* Finds an equilibrium at which the run begins; a run that continues began there, too. */
+static kempe_status begin(kmp_simulation *j, kempe_trajectory *t)
+{
+    if (!j->system->model->start.at)
+        return KEMPE_OK;
+    KMP_TRY(kmp_assembly_at_start(j->system, &j->assembled));
+    j->start = j->start ? j->start : j->assembled;
+    return kmp_made(j->context, kmp_start_balance_copy(&t->arena, j->assembled->balance, &t->balance));
+}
+
 kempe_status kmp_simulation_run(kmp_simulation *j)
 {
     kempe_trajectory *t = trajectory_new(j);
     KMP_TRY(kmp_made(j->context, t));
     j->trajectory = t;
-    kempe_status status = integrate(j, t);
+    kempe_status status = begin(j, t);
+    status = status == KEMPE_OK ? integrate(j, t) : status;
     if (status == KEMPE_STOPPED && t->report.requested)
         status = KEMPE_OK;
     if (!kmp_has_result(status))
@@ -1016,6 +1030,7 @@ kempe_status kmp_simulation_end(kmp_simulation *j, kempe_status status, kempe_tr
     kmp_samples_free(&j->before);
     kmp_past_free(j->past);
     kmp_past_free(j->kept.past);
+    kempe_assembly_free(j->assembled);
     return status;
 }
 
