@@ -489,6 +489,17 @@ class Simulations(Case):
         self.assertIn("force.motor, N m", drawn.words("extremes"))
         self.assertGreater(max(numbers(column(data, "force.motor")["values"])), 1)
 
+    def test_requested_by_name(self):
+        """Of many requested outputs the ones with a name are drawn first, and the page counts the others."""
+        text = (ROOT / "examples/andrews/andrews.yaml").read_text()
+        text = text.replace("run: {", "run: {outputs: [q, qd, qdd, lambda, position(K3.E), force(spring)], ")
+        (self.folder / "named.yaml").write_text(text)
+        drawn, data = self.open(self.make("simulate", self.folder / "named.yaml", "--t-end", "0.01"))
+        first = data["series"]["first"]
+        self.assertEqual(first[:4], ["position.K3.E.x", "position.K3.E.y", "position.K3.E.z", "force.spring"])
+        self.assertIn("q.beta", first)
+        self.assertEqual(data["series"]["requested"] - len(first), int(re.search(r"(\d+) others that the model requests", drawn.words("peaks"))[1]))
+
     def test_ten_outputs_of_ten_seconds(self):
         """One file below 3 MB, with every row of the table: 10 s at 100 rows a second."""
         model = "examples/four_bar/four_bar.yaml"

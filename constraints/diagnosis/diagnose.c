@@ -433,7 +433,8 @@ static const char *why_not(const kmp_examination *x)
 {
     const kmp_diagnosis *d = x->diagnosis;
     if (x->system->rheonomic)
-        return "not examined, because a drive or another closure depends on time";
+        return "not examined, because a drive or another closure depends on time; kinematics with a sweep of t "
+               "or of the drive follows it";
     if (x->part->n - d->generic_rank != 1)
         return "examined only for mechanisms with one degree of freedom";
     if (x->part->m == 0)

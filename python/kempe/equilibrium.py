@@ -14,7 +14,7 @@ class Equilibrium(Reported):
     _noun = "equilibrium"
     _kept_each = ("stability", "is_stable", "loads_not_unique")
     equilibria: TableOf = TableOf(
-        "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
+        "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k, outputs of the model."
     )
     history: TableOf = TableOf("The searches: equilibrium, iteration, residual, step.")
     reactions: TableOf = TableOf(

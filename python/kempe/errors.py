@@ -112,6 +112,7 @@ def in_python(message: str, tables: Collection[str] = ()) -> str:
     message = re.sub(r"--leave-out (\S+) allows that", r'leave_out="\1" allows that', message)
     for written, call in _WRITTEN:
         message = message.replace(written, call)
+    message = re.sub(r"--(loads|method|formulation) (least-norm|values|slopes|reduced|projected|dae)\b", r'\1="\2"', message)
     message = re.sub(r"--(?:input|set) (?=[^\W\d])", "", message)
     return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), message)
 

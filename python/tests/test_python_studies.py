@@ -732,6 +732,27 @@ def test_equilibrium():
     assert found.equilibria["stability"][0] == found.stability(0) and found.history.row_count > 0
 
 
+def test_warnings_have_the_words_of_python():
+    model = kempe.Model(EXAMPLES / "n_four_bar_spatial/n_four_bar_spatial.yaml")
+    with pytest.warns(kempe.KempeWarning, match=r'loads="least-norm" gives the smallest shares'):
+        model.system().inverse(actuators=model.coordinates[0])
+
+
+@pytest.mark.parametrize("name", ["toggle_press", "scissor_lift", "contact_arc", "friction_stack", "planetary_gearbox", "limousine"])
+def test_outputs_at_an_equilibrium(name):
+    """They are the outputs of a run that starts there."""
+    file = EXAMPLES / f"{name}/{name}.yaml"
+    model = kempe.Model(file if file.exists() else EXAMPLES.parent / f"tests/models/{name}.yaml")
+    found = model.system().equilibrium().equilibria
+    here = [{c: found[f"{kind}.{c}"][0] for c in model.coordinates} for kind in ("q", "qd")]
+    run = model.simulate(q=here[0], qd=here[1], t_end=1e-9, output_step=1e-9, no_convergence_check=True).rows
+    names = [c for c in found if c in run and not c.startswith(("q.", "qd.", "lambda.", "load."))]
+    assert names
+    for c in names:
+        size = max(abs(run[other][0]) for other in run if other == c or other.rsplit(".", 1)[0] == c.rsplit(".", 1)[0])
+        assert abs(found[c][0] - run[c][0]) <= 1e-6 * max(size, 1e-3), c
+
+
 def test_inverse():
     found = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system().inverse()
     assert found.status == "complete" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2

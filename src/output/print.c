@@ -4,6 +4,7 @@
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -412,6 +413,69 @@ void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const dou
         kmp_text_printf(text, "  %-*s  %12.6g  %s\n", width, system->row_names[r],
                         as.factor * kmp_print_clean(lambda[r], noise), as.unit);
     }
+}
+
+void kmp_print_outputs(kmp_text *text, const kempe_model *model, const double *x)
+{
+    kmp_text column = {0};
+    const char *before = "\n";
+    for (int o = 0; o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        const int width = kmp_output_width(model, output);
+        if (width == 0)
+            continue;
+        kmp_text line = {0};
+        kmp_text_put(text, before);
+        before = "";
+        kmp_output_print(&line, model, output);
+        for (int k = 0; k < width; k++) {
+            /* Each unit after the values that have it. */
+            const char *unit = kmp_output_unit(model, output, k), *part = NULL;
+            double largest = 0;
+            for (int i = 0; i < width; i++)
+                largest = strcmp(kmp_output_unit(model, output, i), unit) == 0 ? fmax(largest, fabs(x[i])) : largest;
+            kmp_shown as = kmp_shown_as(model->context, unit);
+            bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
+            kmp_text_free(&column);
+            kmp_output_column(&column, model, output, k);
+            part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
+            if (part && output->kind == KMP_OUTPUT_BEARING && k < KMP_BEARING_VALUES - 1)
+                part -= 2; /* ".1.x" */
+            const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
+            kmp_text_printf(&line, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
+                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
+                            last ? name : "");
+        }
+        kmp_print_wrapped(text, "  ", 6, line.s ? line.s : "");
+        kmp_text_free_part(text, &line);
+        x += width;
+    }
+    text->failed = text->failed || column.failed;
+    kmp_text_free(&column);
+}
+
+void kmp_print_outputs_json(kmp_json *json, const kempe_model *model, const double *x, bool positions)
+{
+    kmp_json_object(json, positions ? "position" : "outputs");
+    for (int o = 0; o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        int width = kmp_output_width(model, output);
+        kmp_text name = {0};
+        kmp_output_print(&name, model, output);
+        size_t head = positions ? strlen("position(") : 0;
+        if (positions && !name.failed)
+            name.s[name.length - 1] = '\0'; /* the closing parenthesis */
+        bool shows = !name.failed && width > 0 && (!positions || output->kind == KMP_OUTPUT_POSITION);
+        for (int k = 0; k < o; k++) /* keys must be unique */
+            shows = shows && !kmp_output_equal(&model->outputs[k], output);
+        if (shows && width == 1)
+            kmp_json_number(json, name.s + head, x[0]);
+        else if (shows)
+            kmp_json_numbers(json, name.s + head, width, x);
+        kmp_text_free_part(json->text, &name);
+        x += width;
+    }
+    kmp_json_end(json);
 }
 
 const char *kmp_print_unit(const kempe_system *system, int coordinate)

@@ -96,6 +96,13 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
 /** Lines of the multipliers of all rows, forces or moments with their units. */
 void kmp_print_multipliers(kmp_text *text, const kempe_system *system, const double *lambda);
 
+/** Lines of the outputs of a model from their values, without the quantities of every run; each component with the end
+ * of its column's name. */
+void kmp_print_outputs(kmp_text *text, const kempe_model *model, const double *values);
+
+/** The object `outputs` of their values by their words, or `position` of the positions by their points. */
+void kmp_print_outputs_json(kmp_json *json, const kempe_model *model, const double *values, bool positions);
+
 /** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
  */
 const char *kmp_print_unit(const kempe_system *system, int coordinate);

@@ -7,6 +7,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
 #include "model/data/tyre.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
@@ -635,4 +636,34 @@ void kmp_reactions_tabulate(kempe_table *table, const kmp_reactions *r, int numb
         }
         kmp_tabulate_cells(table, "%g %s", r->unexamined ? NAN : of->shared == 0, of->note ? of->note : "");
     }
+}
+
+/* Loads that are evaluated in two ways are the same up to rounding. */
+#define SAME_LOAD 1e-9
+
+bool kmp_loads_in_outputs(const kmp_all_loads *loads, const kempe_model *model, const double *before,
+                          const double *values, const double *bearings, double *shown)
+{
+    double size = 0;
+    for (int k = 0; k < KMP_LOAD_VALUES * (model->closure_count + loads->joints); k++)
+        size = fmax(size, fabs(before[k]));
+    for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++])) {
+        const kmp_output *output = &model->outputs[o];
+        const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+        const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+        int place = output->index;
+        if (bearings && output->kind == KMP_OUTPUT_BEARING)
+            memcpy(shown + at, bearings + (ptrdiff_t)KMP_BEARING_VALUES * place, KMP_BEARING_VALUES * sizeof *shown);
+        if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
+            continue;
+        for (int k = 0; joint && k < loads->joints; k++)
+            place = loads->joint[k] == output->index + 1 ? model->closure_count + k : place;
+        for (int i = 0; i < 3; i++) {
+            const int k = KMP_LOAD_VALUES * place + 3 * moment + i;
+            if (!(fabs(shown[at + i] - before[k]) <= SAME_LOAD * size))
+                return false;
+            shown[at + i] = values[k];
+        }
+    }
+    return true;
 }

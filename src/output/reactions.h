@@ -82,6 +82,11 @@ kempe_status kmp_reactions_keep_rows(kmp_reactions *reactions, const kempe_syste
 /** Keeps the loads of this number of rows that are added. KEMPE_E_MEMORY. */
 kempe_status kmp_reactions_keep(kmp_reactions *reactions, int rows);
 
+/** Puts loads, KMP_LOAD_VALUES of each closure and joint, and `bearings` (NULL: none), in place of the loads among the
+ * values of a model's outputs. False: one of these differs from its value in `before`, which the equations have. */
+bool kmp_loads_in_outputs(const kmp_all_loads *loads, const kempe_model *model, const double *before,
+                          const double *values, const double *bearings, double *shown);
+
 /** A table of the largest ones, or of the vectors of a single row; of many joints the ones with the largest. `others`:
  * the option that shows the others; NULL: all are shown. */
 void kmp_reactions_show(kmp_text *text, const kmp_reactions *reactions, const char *others);

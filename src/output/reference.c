@@ -77,15 +77,15 @@ static bool stands_before(const reader *r, const column *c)
     return k < r->column_count;
 }
 
-/* True if a name of `length` is a coordinate of a cut joint. */
-static bool is_cut(const kempe_model *model, const char *name, size_t length)
+/* The cut joint that has a coordinate with a name of `length`; NULL: none. */
+static const char *cut_joint(const kempe_model *model, const char *name, size_t length)
 {
-    bool found = false;
     for (int k = 0; k < model->cut_coordinate_count; k++) {
         const char *own = model->cut_coordinates[k].name;
-        found = found || (strlen(own) == length && memcmp(own, name, length) == 0);
+        if (strlen(own) == length && memcmp(own, name, length) == 0)
+            return model->cut_coordinates[k].joint;
     }
-    return found;
+    return NULL;
 }
 
 /* True for columns of computed outputs, "velocity.crank.B.x", and of inverse dynamics' generalized forces. */
@@ -99,7 +99,7 @@ static bool is_computed(const kempe_model *model, kmp_csv_field f)
         bool here = k >= rows || kmp_output_rows[k].width > 0;
         bool cut = k < rows && kmp_output_rows[k].argument == KMP_OUTPUT_OF_CUT;
         if (here && f.length > length + 1 && f.s[length] == '.' && memcmp(f.s, word, length) == 0 &&
-            (!cut || is_cut(model, f.s + length + 1, f.length - length - 1)))
+            (!cut || cut_joint(model, f.s + length + 1, f.length - length - 1)))
             return true;
     }
     return false;
@@ -113,6 +113,8 @@ static bool resolve(kmp_csv *csv, reader *r, kmp_csv_field f, column *c)
         c->kind = COLUMN_TIME;
     else if (is_computed(r->system->model, f))
         c->kind = COLUMN_PASSED;
+    if (c->kind == COLUMN_PASSED && f.length > 2 && !r->reference->cut && memcmp(f.s, "q.", 2) == 0)
+        r->reference->cut = cut_joint(r->system->model, f.s + 2, f.length - 2);
     if (c->kind != COLUMN_UNKNOWN)
         return true;
     kmp_text_printf(&name, "%.*s", (int)f.length, f.s);

@@ -57,6 +57,7 @@ typedef struct kmp_page_curves {
     bool locked;                       /* rates may grow without bound in the last row: no part of extreme values */
     const kmp_page_join *joins;        /* of scattered rows, how each is joined to the one before; NULL: not at all */
     const char *first[KMP_PAGE_FIRST]; /* columns whose curves are drawn at first */
+    int requested;                     /* columns of a run that its model requests */
     int first_count;
     int left_out; /* outputs that are not in the table */
 } kmp_page_curves;

@@ -162,9 +162,10 @@ static void put_series(kmp_json *json, const kmp_page_curves *curves)
     const int each = choose_stride(rows, MOST_NUMBERS / 2 / first), drawn = (rows - 1) / each + 1;
     const int more = others > 0 ? choose_stride(drawn, (MOST_NUMBERS - first * drawn) / others) : 1;
     const strides stride = {each, each * more};
-    kmp_json_put(json, "series { x %s logarithmic %i scattered %i rows %d stride %d drawn %d left_out %d first [",
-                 curves->x, curves->logarithmic, curves->scattered, rows, stride.first,
-                 thin(rows, stride.first, kempe_table_values(table, x), room), curves->left_out);
+    kmp_json_put(
+        json, "series { x %s logarithmic %i scattered %i rows %d stride %d drawn %d left_out %d requested %d first [",
+        curves->x, curves->logarithmic, curves->scattered, rows, stride.first,
+        thin(rows, stride.first, kempe_table_values(table, x), room), curves->left_out, curves->requested);
     for (int k = 0; k < curves->first_count; k++)
         kmp_json_string(json, NULL, curves->first[k]);
     kmp_json_put(json, "] columns [");

@@ -18,6 +18,7 @@
 #include "ensemble/result_folder.h"
 #include "ensemble/statistics/statistics.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
 #include "model/data/signal.h"
 #include "model/language/dimension.h"
 #include "output/print.h"
@@ -539,16 +540,29 @@ static bool is_secondary(const char *name)
     return strncmp(name, "qd.", 3) == 0 || strncmp(name, "qdd.", 4) == 0 || strncmp(name, "lambda.", 7) == 0;
 }
 
-/* The outputs that the model requests, as far as they are few. */
+/* True for a column of an output that the model requests by name, as a number or a vector: not of all of a kind. */
+static bool is_named(const kempe_model *model, const kmp_column *column)
+{
+    const kmp_output *output = &model->outputs[column->output];
+    return output->index >= 0 && kmp_output_width(model, output) <= 3;
+}
+
+/* The outputs that the model requests, as far as they are few. Of many, named ones come before all of a kind. */
 static kempe_status choose_requested(kmp_result_page *page)
 {
+    const kempe_model *model = page->system->model;
     kmp_columns own = {0};
-    bool made = kmp_columns_init(&own, page->system, page->system->model, NULL);
+    bool made = kmp_columns_init(&own, page->system, model, NULL);
     const bool few = own.count - 1 <= KMP_PAGE_FIRST;
-    const int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
-    for (int k = 1; made && k < own.count && page->curves.first_count < most; k++)
-        if (few || !is_secondary(own.name[k]))
-            page->curves.first[page->curves.first_count++] = kmp_arena_strdup(&page->arena, own.name[k]);
+    bool *taken = KMP_ARENA_NEW(&page->arena, bool, own.count + 1);
+    made = made && taken;
+    page->curves.requested = own.count - 1;
+    for (int pass = few; made && pass < 2; pass++)
+        for (int k = 1; k < own.count && page->curves.first_count < KMP_PAGE_FIRST / (2 - pass); k++)
+            if (!taken[k] && (few || (pass == 0 ? is_named(model, &own.of[k]) : !is_secondary(own.name[k])))) {
+                taken[k] = true;
+                page->curves.first[page->curves.first_count++] = kmp_arena_strdup(&page->arena, own.name[k]);
+            }
     if (made && own.count > 1 && page->curves.first_count == 0)
         page->curves.first[page->curves.first_count++] = kmp_arena_strdup(&page->arena, own.name[1]);
     kmp_columns_free(&own);

@@ -849,7 +849,7 @@ class Optima(Case):
                 (3, ("--minimize", "at(miss, 7)", "--parameter", "base:1:3"), "after the end of the run"),
                 (3, ("--minimize", "range(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'range(miss)' has no exact derivative"),
                 (3, ("--minimize", "miss", "--parameter", "base:1:3", "--method", "newton"), "available: slopes, values"),
-                (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the model runs at no start")]:
+                (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the start gives no value")]:
             self.assertIn(told, self.expect(code, "optimize", self.CURVE, *words).stderr)
 
 
@@ -2134,6 +2134,78 @@ run: {t_end: 1}
             one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
             self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
 
+    def test_the_range_of_a_mechanism_of_five_coordinates(self):
+        """A six-bar's short diagnosis names the links that turn; the ranges are under --all."""
+        text = self.expect(0, "check", SIX_BAR).stdout
+        self.assertRegex(text, r"range of motion +closed cycle: O, A rotate fully; D, P, E oscillate; ranges: --all\n")
+        whole = self.expect(0, "check", SIX_BAR, "--all").stdout
+        for name, word in {"O": "rotates fully", "A": "rotates fully", "D": "oscillates", "P": "oscillates", "E": "oscillates"}.items():
+            self.assertRegex(whole, rf"\n +{name} +{word}")
+
+    FIVE_BAR = ("kempe: 1\nground: {points: {O: [0, 0, 0], A: [-0.1, 0, 0], B: [0.1, 0, 0]}}\nbodies:\n"
+                "  left: {mass: 1, inertia: {zz: 0.004}, points: {A: [0, 0, 0], E: [0.2, 0, 0]}}\n"
+                "  right: {mass: 1, inertia: {zz: 0.004}, points: {B: [0, 0, 0], F: [0.2, 0, 0]}}\n"
+                "  rod: {mass: 1, inertia: {zz: 0.004}, points: {E: [0, 0, 0], T: [0.3, 0, 0]}}\n"
+                "  tool: {mass: 1, inertia: {zz: 0.004}, points: {F: [0, 0, 0], T: [0.3, 0, 0]}}\n"
+                "joints:\n  A: {revolute: [ground.A, left.A]}\n  B: {revolute: [ground.B, right.B]}\n"
+                "  E: {revolute: [left.E, rod.E]}\n  F: {revolute: [right.F, tool.F]}\n  T: {revolute: [rod.T, tool.T]}\n"
+                "  path: {planar: [ground.O, tool.T], coordinates: [x, y, turn]}\nMORE"
+                "start: {q: {A: 130 deg, B: 50 deg, E: -75 deg, F: 75 deg}}\nrun: {t_end: 0.1, outputs: [q]}\n")
+
+    def test_named_coordinates_keep_their_joint(self):
+        """A drive, a force, a held value or an expression of a coordinate with its own name keeps the joint in the tree."""
+        for more in ("drives: {p: {joint: x, displacement: 0.01*t}}\n", "forces: {f: {joint: y, force: 3}}\n",
+                     "forces: {f: {joint: A, torque: 3*q(y)}}\n"):
+            found = self.object(0, "check", self.model(self.FIVE_BAR.replace("MORE", more)))
+            self.assertEqual([cut["joint"] for cut in found["cuts"]].count("path"), 0, more)
+        held = self.object(0, "assemble", self.model(self.FIVE_BAR.replace("MORE", "").replace("start: {", "start: {hold: [y], ").replace("A: 130", "y: 0.38, A: 130")))
+        self.assertAlmostEqual(held["q"]["y"], 0.38, places=12)
+        cut = self.object(0, "check", self.model(self.FIVE_BAR.replace("MORE", "")))
+        self.assertEqual([one["joint"] for one in cut["cuts"]].count("path"), 1)
+
+    def test_a_motion_of_a_cut_joint(self):
+        """Columns of a cut joint prescribe no motion: the message names the joint and the remedy, which works."""
+        self.model(self.FIVE_BAR.replace("MORE", ""))
+        rows = [(0.1 * k, 0.01 * (0.1 * k) ** 2, 0.38) for k in range(11)]
+        for head, extra, word in (("t,q.x,q.y", (), r"only columns of joint 'path' have positions, and it is cut: write 'cut: no'"),
+                                  ("t,q.x,q.y,q.A", (2.2,), r"do not determine all others: .*; the columns of joint 'path' do not count")):
+            (self.folder / "path.csv").write_text("\n".join([head, *(",".join(map(str, (*row, *extra))) for row in rows)]) + "\n")
+            done = kempe("inverse", "model.yaml", "--motion", "path.csv", "--actuators", "A,B", cwd=self.folder)
+            self.assertIn(done.returncode, (1, 2))
+            self.assertRegex(done.stderr, word)
+        self.model(self.FIVE_BAR.replace("MORE", "").replace("coordinates: [x, y, turn]", "coordinates: [x, y, turn], cut: no"))
+        (self.folder / "path.csv").write_text("\n".join(["t,q.x,q.y", *(",".join(map(str, row)) for row in rows)]) + "\n")
+        found = self.object(0, "inverse", "model.yaml", "--motion", "path.csv", "--actuators", "A,B", "--no-convergence-check")
+        self.assertEqual(found["rank"], 2)
+
+    def test_statistics_show_small_differences(self):
+        """The ends of the interval of a mean differ in the text, also where values differ by 1e-6 of their size."""
+        text = self.expect(0, "ensemble", FOUR_BAR, "--sample", "base=0.9:0.9000002", "--instances", "200", "--t-end", "0.01",
+                           "--quantity", "b=base").stdout
+        mean, low, high = map(float, re.search(r"mean +(\S+) \((\S+) to (\S+)\)", text).groups())
+        self.assertTrue(low < mean < high, text)
+        quantiles = [float(x) for x in re.search(r"quantiles 5 % (\S+), 50 % (\S+), 95 % (\S+)\n", text).groups()]
+        self.assertEqual(len(set(quantiles)), 3, text)
+
+    def test_outputs_at_an_equilibrium(self):
+        """A mass on two springs, of which one is solved for, and a block that friction holds beside its balance."""
+        self.model("kempe: 1\ngravity: [0, -10, 0]\nparameters: {k: 100 N/m}\n"
+                   "bodies: {m: {joint: {name: y, prismatic: y, at: ground}, mass: 3, points: {P: [0, 2, 0]}},\n"
+                   "  b: {joint: {name: s, prismatic: x, at: ground}, mass: 1}}\n"
+                   "forces: {a: {joint: y, spring: {stiffness: k}}, c: {joint: y, force: 200*(0.1 - q(y))},\n"
+                   "  pull: {joint: s, force: 3}, rub: {joint: s, friction: {force: 4}}}\n"
+                   "sensors: {ten: 10*q(y)}\nrun: {t_end: 1, outputs: [q, force(a), force(c), position(m.P), ten, force(rub)]}\n")
+        found = self.object(0, "equilibrium", "model.yaml", "--stick")["outputs"]
+        y = -10 / 300
+        for name, value in {"force(a)": -100 * y, "force(c)": 200 * (0.1 - y), "sensor(ten)": 10 * y, "force(rub)": -3}.items():
+            self.assertAlmostEqual(found[name], value, places=9, msg=name)
+        self.assertAlmostEqual(found["position(m.P)"][1], 2 + y, places=9)
+        text = self.expect(0, "equilibrium", "model.yaml", "--stick", "--hold", "y=-20 mm", "--solve-for", "k").stdout
+        self.assertRegex(text, r"\n  force\(a\)  6 N\n  force\(c\)  24 N\n  position\(m.P\)  x 0  y 1.98  z 0 m\n")
+        found = self.object(0, "equilibrium", "model.yaml", "--stick", "--target", "force(a)=6", "--solve-for", "k")
+        self.assertAlmostEqual(found["outputs"]["force(c)"], 24, places=9)
+        self.assertAlmostEqual(found["free"]["k"], 300, places=6)
+
     def test_a_motion_that_explodes_ends_soon(self):
         """A negative damper: the amplitude is exp(2.5 t). A state of the same growth is left alone."""
         text = """
@@ -2682,10 +2754,10 @@ class Resume(Case):
             self.assertIn(told or "", done.stderr)
 
     def test_angles_without_a_unit(self):
-        """More than a turn without a unit is named where the model has degrees, and nowhere else."""
+        """More than a turn without a unit is named where the model has degrees, 45 rad and more in any model."""
         for values, start, told in (("tilt: 10 deg", "60", "start q: 'A' is 60 without a unit and is taken in rad, 9.55 turns: for degrees write '60 deg'"),
                                     ("tilt: 10 deg", "-60", "-60 without a unit"), ("tilt: 10 deg, first: 60", "first", "60 without a unit"),
-                                    ("tilt: 10", "60", None), ("tilt: 10 deg", "6.3", None), ("tilt: 10 deg", "60 rad", None),
+                                    ("tilt: 0.1", "20", None), ("tilt: 0.1", "-90", "-90 without a unit"), ("tilt: 0.1", "45", "for degrees write '45 deg'"), ("tilt: 10 deg", "6.3", None), ("tilt: 10 deg", "60 rad", None),
                                     ("tilt: 10 deg", "20*pi", None), ("tilt: 10 deg, first: 20*pi", "first", None), ("tilt: 10 deg", "60 deg", None)):
             model = self.model(f"kempe: 1\nparameters: {{{values}}}\n{self.BODY}"
                                f"forces: {{s: {{joint: A, spring: {{stiffness: 1, rest: tilt}}}}}}\nstart: {{q: {{A: {start}}}}}\n")
@@ -2698,6 +2770,16 @@ class Resume(Case):
         self.assertIn("parameter 'tilt' is set to 400", self.expect(0, "check", model, "--set", "tilt=400").stderr)
         self.assertIn("hold: 'A' is 60 without a unit", kempe("equilibrium", model, "--hold", "A=60", "--solve-for", "tilt", cwd=self.folder).stderr)
         self.assertNotIn("turns", kempe("equilibrium", model, "--hold", "A=60 deg", "--solve-for", "tilt", cwd=self.folder).stderr)
+
+    def test_degrees_in_circular_functions(self):
+        """A number beyond a turn in sin, cos or tan is named with its place, once; an angle with its unit and a rate times t are not."""
+        for text, told in (("2*cos(30)", "4:42: the argument of cos is 30 without a unit and is taken in rad, 4.77 turns: for degrees write '30 deg'"),
+                           ("2*sin(-45)", "the argument of sin is -45 without a unit"), ("2*tan(7)", "the argument of tan is 7"),
+                           ("2*cos(30 deg)", None), ("2*cos(30*t)", None), ("2*cos(6)", None), ("2*sin(8*pi)", None), ("2*cos(30 rad)", None), ("2*cosh(3)", None)):
+            model = self.model(f"kempe: 1\nparameters: {{k: 1 N*m}}\n{self.BODY}forces: {{motor: {{joint: A, torque: \"k*({text})\"}}}}\n")
+            done = self.expect(0, "check", model)
+            self.assertEqual(done.stderr.count("turns"), 1 if told else 0, (text, done.stderr))
+            self.assertIn(told or "", done.stderr)
 
     def test_angles_without_a_unit_in_options(self):
         """The coordinate or the parameter is named, with what to write; with its unit there is nothing to say."""

@@ -64,6 +64,8 @@ NEW_PARSER = lark.Lark
 
 
 def place_of(model):
+    if isinstance(model, pathlib.Path):
+        return model
     example = ROOT / f"examples/{model}/{model}.yaml"
     return example if example.exists() else ROOT / f"tests/models/{model}.yaml"
 
@@ -771,6 +773,35 @@ def check_doubts(kempe, folder, has_library):
                 instance.freeInstance()
 
 
+FLAT = """kempe: 1
+gravity: [0, 0, -9.81]
+bodies: {drop: {joint: {name: z, prismatic: z, at: ground}, mass: 2}}
+algebraic: {depth: "max(0, -q(z))"}
+forces: {floor: {joint: z, force: "if(depth > 0, max(0, 2e4*depth - 40*qd(z)), 0)"}}
+start: {q: {z: 0.5}}
+run: {t_end: 1, outputs: [q, qd]}
+"""
+
+
+def check_flat_conditions(kempe, folder):
+    """A condition that is zero until it holds is an event for an importer that searches signs, and for one that does not."""
+    (folder / "flat.yaml").write_text(FLAT)
+    expected = reference(kempe, folder, folder / "flat.yaml", 1)
+    for fmi in (2, 3):
+        file = folder / f"flat{fmi}.fmu"
+        subprocess.run([kempe, "fmu", folder / "flat.yaml", "-o", file, "--fmi", str(fmi), "--quiet",
+                        *(() if FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
+        unit = Unit(fmi, file, folder / file.stem)
+        check_motions(unit, expected, 1)
+        instance = unit.started("me")
+        instance.enterContinuousTimeMode()
+        for z, wanted in ((0.4, False), (-0.01, True)):
+            slopes(unit, instance, 0.1, [z, -1])
+            done = instance.completedIntegratorStep()
+            check(bool(done[0]) == wanted, file.name, "asks for an event at the end of a step", z, done)
+        instance.freeInstance()
+
+
 MOVED = """kempe: 1
 inputs: {u: {unit: rad}}
 bodies:
@@ -864,6 +895,7 @@ def main():
                 check_without_states(kempe, folder)
                 check_doubts(kempe, folder, has_library)
                 check_moved(kempe, folder, has_library)
+                check_flat_conditions(kempe, folder)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)

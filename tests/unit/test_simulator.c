@@ -487,7 +487,7 @@ static void caller_integrates(void)
             y[l] = x[l] + h / 6 * (k[0][l] + 2 * k[1][l] + 2 * k[2][l] + k[3][l]);
         GOES(kempe_simulator_set_states(s, h * (i + 1), y));
         int changed = 0;
-        if (kempe_simulator_wants_exchange(s))
+        if (kempe_simulator_wants_update(s))
             GOES(kempe_simulator_update(s, &changed));
         exchanges += changed;
     }
@@ -496,6 +496,41 @@ static void caller_integrates(void)
     CHECK_NEAR(s->q[1], 0, 1e-8);
     GOES(kempe_simulator_advance(s, 2 * period)); /* its own steps go on from there */
     CHECK_NEAR(s->q[0], PENDULUM_LENGTH, 1e-7);
+}
+
+static void flat_changes(const kempe_arguments *at, double *value)
+{
+    spring_changes(at, value);
+    value[0] = fmin(at->q[0], 0);
+}
+
+/* A condition that is zero until it holds: its sign is positive there, so that a search finds where it changes. A
+ * caller that overlooks the change is asked for an event at the end of the step. */
+static void caller_learns_of_flat_conditions(void)
+{
+    kempe_equations flat = spring;
+    flat.name = "flat";
+    flat.changes = flat_changes;
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &flat, 0);
+    GOES(kempe_simulator_start(s, 0));
+    double x[2] = {0.5, -1}, value[3], rates[2];
+    GOES(kempe_simulator_set_states(s, 0.1, x));
+    kempe_simulator_get_changes(s, value);
+    CHECK(value[0] > 0 && !kempe_simulator_wants_update(s));
+    x[0] = -0.1;
+    GOES(kempe_simulator_set_states(s, 0.2, x));
+    kempe_simulator_get_changes(s, value);
+    CHECK(value[0] < 0 && kempe_simulator_wants_update(s));
+    int changed = 0;
+    GOES(kempe_simulator_update(s, &changed));
+    CHECK(!kempe_simulator_wants_update(s));
+    GOES(kempe_simulator_set_states(s, 0.2, x));
+    kempe_simulator_get_rates(s, rates);
+    CHECK_NEAR(rates[1], STIFF * 0.1, 1e-12);
+    x[0] = 1001;
+    GOES(kempe_simulator_set_states(s, 0.3, x));
+    CHECK(kempe_simulator_wants_update(s)); /* beyond the limit at which the motion ends */
 }
 
 /* -- between the ends of steps ------------------------------------------------------------------------------------ */
@@ -790,6 +825,7 @@ int main(void)
     TEST(inputs_act_from_their_time);
     TEST(advancing_takes_changes);
     TEST(caller_integrates);
+    TEST(caller_learns_of_flat_conditions);
     TEST(coarse_interpolants_are_not_taken);
     TEST(samples_are_taken);
     TEST(caller_stops_at_samples);

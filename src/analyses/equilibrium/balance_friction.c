@@ -240,6 +240,7 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
         for (int i = 0; i < f->count; i++)
             if (!f->view[i].contact && s->rows[r].closure == f->view[i].element->closure)
                 b->lambda[r] = f->view[i].force;
+    KMP_TRY(kmp_balance_add_outputs(e, l, b));
     if (f->part > 1) {
         b->stability.word = KMP_NOT_HELD;
         /* Friction sticks only in this computation. */

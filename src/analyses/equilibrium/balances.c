@@ -25,9 +25,11 @@
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/reactions.h"
 #include "output/samples.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <kempe/check.h>
@@ -181,6 +183,37 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     return KEMPE_OK;
 }
 
+kempe_status kmp_balance_add_outputs(kempe_equilibrium *e, const kmp_linear *linear, kmp_balance *b)
+{
+    const kempe_system *s = linear->eval->system;
+    const int width = kmp_outputs_width(s->model);
+    if (width == 0)
+        return KEMPE_OK;
+    if (s->parameters)
+        kmp_eval_renew_parameters(linear->eval);
+    b->shown = KMP_ARENA_NEW(&e->arena, double, width);
+    KMP_TRY(kmp_made(s->context, b->shown));
+    memcpy(b->shown, kmp_eval_shown(linear->eval, linear->t, linear->q, linear->qd, linear->qdd, b->lambda),
+           (size_t)width * sizeof *b->shown);
+    return KEMPE_OK;
+}
+
+/* The loads of a balance of least norm, also among its outputs. */
+static kempe_status share_loads(kempe_equilibrium *e, kmp_evaluator *eval, const double *zero, kmp_balance *b)
+{
+    const kempe_model *model = e->system->model;
+    const int count = KMP_LOAD_VALUES * (model->closure_count + e->loads.joints);
+    const double *before = copy(e, count, b->reaction);
+    KMP_TRY(kmp_made(e->system->context, before));
+    KMP_TRY(kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction));
+    const kmp_instant at = kmp_instant_of(eval, 0, b->q, b->qd, zero, b->lambda);
+    const double *bearings = e->loads.bearing_count > 0 ? kmp_all_loads_bearings(&e->loads, &at, b->reaction) : NULL;
+    if (b->shown && !kmp_loads_in_outputs(&e->loads, model, before, b->reaction, bearings, b->shown))
+        return kmp_fail(e->system->context, KEMPE_E_FAILED,
+                        "loads of least norm are not known for the forces of this model; omit --loads");
+    return KEMPE_OK;
+}
+
 /* Names conditions that end runs and tables that each equilibrium leaves, and loads that redundant constraints share,
  * and shares them as requested.
  */
@@ -201,7 +234,7 @@ static kempe_status look_again(kempe_equilibrium *e)
             kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true,
                                  kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
-            status = kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction);
+            status = zero ? share_loads(e, eval, zero, b) : kmp_fail_memory(e->system->context);
         if (status == KEMPE_OK)
             status =
                 kmp_shared_loads_between(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, &e->arena, &found);
@@ -358,6 +391,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     KMP_TRY(e->start ? kmp_balance_name_resting(e, linear) : KEMPE_OK);
     KMP_TRY(e->state_alone ? KEMPE_OK : examine(e, linear, b));
     KMP_TRY(look_at_contacts(e, linear, b));
+    KMP_TRY(e->state_alone || e->start ? KEMPE_OK : kmp_balance_add_outputs(e, linear, b));
     KMP_TRY(e->state_alone || e->start ? KEMPE_OK : kmp_balance_add_friction(e, linear, b));
     add_contacts(e, b);
     e->count++;

@@ -83,6 +83,7 @@ typedef struct kmp_balance {
     double *reaction;        /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
     kmp_shared_loads shared; /* components that redundant constraints share; named only where there are closures */
     const char *not_unique;  /* their names; "": none */
+    double *shown;           /* values of the model's outputs; NULL: it requests none */
     double *freed;           /* values solved for */
     double residual, potential;
     kmp_stability stability;
@@ -149,3 +150,6 @@ void kmp_balance_put_growth(kmp_text *text, const kmp_stability *stability);
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
                                    kmp_balance *balance);
+
+/** Adds the model's outputs at the state of `linear`, by the multipliers of the balance. */
+kempe_status kmp_balance_add_outputs(kempe_equilibrium *equilibrium, const kmp_linear *linear, kmp_balance *balance);

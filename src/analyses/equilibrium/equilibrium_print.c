@@ -231,6 +231,8 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
                         as.factor * b->freed[i], *unit ? " " : "", unit);
     }
     show_cyclic(text, e, b);
+    if (b->shown)
+        kmp_print_outputs(text, e->system->model, b->shown);
     put_reactions(text, NULL, e, b);
     show_elements(text, e, b);
     for (int i = 0; i < b->set_count; i++) {
@@ -312,6 +314,8 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     }
     kmp_json_end(j);
     put_reactions(j->text, j, e, b);
+    if (b->shown)
+        kmp_print_outputs_json(j, model, b->shown, false);
     kmp_json_put(j, "loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
     kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
@@ -375,6 +379,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);
+    kmp_tabulate_outputs(table, e->requested->model, NULL);
     for (int i = 0; i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_HELD)
             kmp_tabulate_column(table, s->model->motions[e->rates[i].coordinate].rotation ? "N m" : "N", "load.%s",
@@ -385,6 +390,8 @@ static void fill_equilibria(kempe_table *table, const void *result)
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, b->q);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, b->qd);
         kmp_tabulate_numbers(table, s->m, b->lambda);
+        if (b->shown)
+            kmp_tabulate_outputs(table, e->requested->model, b->shown);
         for (int i = 0; i < e->rate_count; i++)
             if (e->rates[i].how == KMP_RATE_HELD)
                 kmp_tabulate_number(table, e->rates[i].load);

@@ -120,8 +120,7 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
     kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, required->count);
     kmp_text list = {0};
     unsigned *parts = NULL;
-    int from = x->target_count;
-    copy->output_count = 0;
+    const int from = x->target_count, own = model->output_count;
     for (int k = 0; k < required->count; k++)
         kmp_text_printf(&list, "%s%s", k ? "," : "", required->range[k].name);
     char *all = kmp_text_keep(&list, &x->arena);
@@ -138,6 +137,16 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
             kmp_range_fits_unit(model, "target", &required->range[k], kmp_output_unit(copy, &of[k], target->shown)));
     }
     KMP_TRY(required->count > 0 ? kmp_requested_outputs(copy, all, &parts) : KEMPE_OK);
+    /* The outputs of the model, then the outputs of targets. */
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, own + required->count);
+    KMP_TRY(kmp_made(copy->context, outputs));
+    for (int k = 0; k < own; k++)
+        outputs[k] = model->outputs[k];
+    copy->outputs = outputs;
+    copy->output_count = own;
+    for (int k = 0; k < required->count; k++)
+        if (place_of(copy, of[k], 0) < 0)
+            outputs[copy->output_count++] = of[k];
     for (int k = 0; k < required->count; k++)
         x->target[from + k].shown = place_of(copy, of[k], x->target[from + k].shown);
     return KEMPE_OK;
@@ -157,13 +166,13 @@ kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const
         status = kmp_ranges_read(system->context, require, &required);
     if (status == KEMPE_OK)
         status = add_targets(x, system->model, &fixed, &required);
+    const bool outputs = required.count > 0;
     kmp_ranges_free(&fixed);
     kmp_ranges_free(&required);
     if (status == KEMPE_OK)
         status = kmp_system_of_variant(x->variant, &x->system);
     if (status == KEMPE_OK)
-        status = kmp_slopes_new(x->system, kmp_backend_default(), x->parameter_count, x->name, x->target_count > 0,
-                                &x->slopes);
+        status = kmp_slopes_new(x->system, kmp_backend_default(), x->parameter_count, x->name, outputs, &x->slopes);
     return KMP_GIVE_OR_FREE(status, exchange, x, kmp_exchange_free);
 }
 

@@ -232,6 +232,12 @@ static kempe_status read_table(job *j)
                             kmp_quantity_prefix((kmp_quantity)gap.order),
                             j->system->model->motions[gap.coordinate].name, j->reference.t[gap.row]);
     }
+    j->table.cut = x->cut;
+    if (j->table.count == 0 && x->cut)
+        return kmp_complain(j->context, j->options->motion, 0, 0,
+                            "only columns of joint '%s' have positions, and it is cut: write 'cut: no' in this joint, "
+                            "which keeps its coordinates",
+                            x->cut);
     if (j->table.count == 0)
         return kmp_complain(j->context, j->options->motion, 0, 0, "column q.NAME is missing: positions are required");
     return KEMPE_OK;

@@ -215,9 +215,12 @@ static kempe_status fail_undetermined(const kmp_prescribed_motion *g, int count,
     if (names.failed)
         status = kmp_fail_memory(context);
     else if (g->motion)
-        (void)kmp_fail(context, status,
-                       "the coordinates of the motion do not determine all others: %d more %s required, such as %s",
-                       count, count == 1 ? "is" : "are", names.s);
+        (void)kmp_fail(
+            context, status,
+            "the coordinates of the motion do not determine all others: %d more %s required, such as %s%s%s%s", count,
+            count == 1 ? "is" : "are", names.s, g->motion->cut ? "; the columns of joint '" : "",
+            g->motion->cut ? g->motion->cut : "",
+            g->motion->cut ? "' do not count, because it is cut: 'cut: no' in this joint keeps it" : "");
     else
         (void)kmp_fail(context, status,
                        "the drives do not determine the motion of all coordinates: %s %s free; drive %s too, or give a "

@@ -24,6 +24,7 @@ typedef struct kmp_prescribed {
     double *t;        /* rows, ascending */
     double *value[3]; /* rows x count each: values, rates, accelerations */
     bool *given[3];   /* count each: they were, and not made */
+    const char *cut;  /* a cut joint, whose columns do not count; NULL: none */
 } kmp_prescribed;
 
 /** An error of a table: the coordinate whose column has a missing value, and the row; coordinate -1: none. */

@@ -15,9 +15,6 @@
 
 enum { MOST_VALUES = 1000000 };
 
-/* rad: an angle without a unit that is rather in degrees in any model. */
-#define MANY_TURNS 45.0
-
 /* The index of the next ':' or ',' or of the end. */
 static size_t word_length(const char *s)
 {
@@ -207,7 +204,7 @@ static void warn_of_turns(const kempe_model *model, const char *what, const kmp_
     const double most = fmax(fabs(range->from), fabs(range->to));
     const bool degrees = model->source.degrees || kmp_shown_as(model->context, "rad").factor != 1;
     if (range->dimension.kind != KMP_DIMENSION_BARE || range->expression ||
-        !(most > (degrees ? KMP_MORE_TURN : MANY_TURNS)))
+        !(degrees ? most > KMP_MORE_TURN : most >= KMP_MANY_TURNS))
         return;
     const double given = fabs(range->from) > fabs(range->to) ? range->from : range->to;
     if (!range->column)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
 #include "model/data/variant.h"
 #include "model/language/expression_value.h"
 #include "output/print.h"
@@ -60,6 +61,29 @@ void kmp_tabulate_value(kempe_table *table, const kempe_system *system, const ch
 {
     kmp_tabulate_column(table, kmp_print_unknown(system->context, kmp_quantity_unit_of(system, name)), "%s%s", before,
                         name);
+}
+
+void kmp_tabulate_outputs(kempe_table *table, const kempe_model *model, const double *values)
+{
+    kmp_text name = {0};
+    for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++])) {
+        const kmp_output *output = &model->outputs[o];
+        bool first = true;
+        for (int k = 0; k < o; k++)
+            first = first && !kmp_output_equal(&model->outputs[k], output);
+        for (int k = 0; first && k < kmp_output_width(model, output); k++) {
+            if (values) {
+                kmp_tabulate_number(table, values[at + k]);
+                continue;
+            }
+            kmp_text_free(&name);
+            kmp_output_column(&name, model, output, k);
+            kmp_tabulate_column(table, kmp_output_unit(model, output, k), "%s", name.s ? name.s : "");
+            if (name.failed)
+                kmp_tabulate_fail(table);
+        }
+    }
+    kmp_text_free(&name);
 }
 
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity)

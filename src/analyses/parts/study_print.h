@@ -26,6 +26,9 @@ int kmp_print_widest(int count, char *const *names, int least);
 
 /** Columns of a quantity, columns of rates with the states; values of a row for them (n or m). */
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
+
+/** The columns of a model's computed outputs (NULL), or their values in a row. */
+void kmp_tabulate_outputs(kempe_table *table, const kempe_model *model, const double *values);
 void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values);
 
 /** A line, after `label`, with the states of an averaged system that change only at events, and their values in the

@@ -676,7 +676,8 @@ enum { COARSER = 100 };
 static kempe_status settle(kempe_optimum *o)
 {
     if (o->best < 0)
-        return kmp_fail(o->context, KEMPE_E_FAILED, "the model runs at no start: %s",
+        return kmp_fail(o->context, KEMPE_E_FAILED, "%s gives no value: %s",
+                        o->starts > 1 ? "none of the starts" : "the start",
                         o->search[0].refusal ? o->search[0].refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
     const kempe_run_options own = o->objective.run;

@@ -689,8 +689,19 @@ static void put_replay(kmp_text *text, const kempe_statistics *s, int at, const 
     kmp_free(settings);
 }
 
+enum { FEWEST_DIGITS = 6, MOST_DIGITS = 15 };
+
+/* The digits with which values of a size show differences of a step, of which two digits are seen. */
+static int digits_of(double size, double step)
+{
+    const double digits = size > 0 && step > 0 ? ceil(log10(size / step)) + 2 : FEWEST_DIGITS;
+    return digits > MOST_DIGITS ? MOST_DIGITS : digits > FEWEST_DIGITS ? (int)digits : FEWEST_DIGITS;
+}
+
 static void put_quantity(kmp_text *text, const kempe_statistics *s, const quantity *q)
 {
+    const int d = digits_of(fabs(q->mean.value), q->deviation.value),
+              m = s->grid ? d : digits_of(fabs(q->mean.value), q->mean.high - q->mean.low);
     const estimate *low = &q->quantile[2], *middle = &q->quantile[4], *high = &q->quantile[6];
     const kmp_shown as = shown_of(s, q);
     kmp_text_printf(text, "%s%s%s%s", q->name, *as.unit ? " [" : "", as.unit, *as.unit ? "]" : "");
@@ -702,19 +713,19 @@ static void put_quantity(kmp_text *text, const kempe_statistics *s, const quanti
         return;
     kmp_text words = {0};
     if (s->grid)
-        kmp_text_printf(&words, "%.6g, standard deviation %.3g", as.factor * q->mean.value,
+        kmp_text_printf(&words, "%.*g, standard deviation %.3g", m, as.factor * q->mean.value,
                         as.factor * q->deviation.value);
     else
-        kmp_text_printf(&words, "%.6g (%.6g to %.6g), standard deviation %.3g (%.3g to %.3g)",
-                        as.factor * q->mean.value, as.factor * q->mean.low, as.factor * q->mean.high,
+        kmp_text_printf(&words, "%.*g (%.*g to %.*g), standard deviation %.3g (%.3g to %.3g)", m,
+                        as.factor * q->mean.value, m, as.factor * q->mean.low, m, as.factor * q->mean.high,
                         as.factor * q->deviation.value, as.factor * q->deviation.low, as.factor * q->deviation.high);
     kmp_print_wrapped(text, "  mean      ", 12, words.s ? words.s : "");
     kmp_text_free_part(text, &words);
-    kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", as.factor * low->value,
-                    as.factor * middle->value, as.factor * high->value);
+    kmp_text_printf(text, "  quantiles 5 %% %.*g, 50 %% %.*g, 95 %% %.*g\n", d, as.factor * low->value, d,
+                    as.factor * middle->value, d, as.factor * high->value);
     if (q->least_at >= 0)
-        kmp_text_printf(text, "  extremes  %.6g in instance %d, %.6g in instance %d\n", as.factor * q->least,
-                        q->least_at + 1, as.factor * q->largest, q->largest_at + 1);
+        kmp_text_printf(text, "  extremes  %.*g in instance %d, %.*g in instance %d\n", d, as.factor * q->least,
+                        q->least_at + 1, d, as.factor * q->largest, q->largest_at + 1);
     if (q->least_at >= 0 && s->folder) {
         put_replay(text, s, q->least_at, "least");
         put_replay(text, s, q->largest_at, "largest");

@@ -599,7 +599,7 @@ void kempe_simulator_report(kempe_simulator *s)
     s->message[0] = 0;
 }
 
-int kempe_simulator_wants_exchange(const kempe_simulator *s)
+int kempe_simulator_wants_update(const kempe_simulator *s)
 {
     (void)s;
     return 0;

@@ -878,7 +878,7 @@ kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int 
         kempe_simulator_report(&fmu->simulator);
     if (status == KEMPE_FMU_OK && fmu->simulator.message[0])
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", fmu->simulator.message);
-    *wants_event = status == KEMPE_FMU_OK && kempe_simulator_wants_exchange(&fmu->simulator);
+    *wants_event = status == KEMPE_FMU_OK && kempe_simulator_wants_update(&fmu->simulator);
     *ended = fmu->now.ended;
     return status;
 }

@@ -408,14 +408,15 @@ void kempe_simulator_get_states(const kempe_simulator *s, double *x);
 kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, const double *x);
 /** Derivatives of x at the present state. */
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
-/** Values of the conditions: an event is a change of sign. */
+/** Values of the conditions: an event is a change of sign. A condition that ends or switches is never zero here. */
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
 /** The message names the conditions of validity that the present state violates, each once; "" without any. */
 void kempe_simulator_report(kempe_simulator *s);
 /** The time of the next sample of a state, at which kempe_simulator_update is to be called; INFINITY: there is none. */
 double kempe_simulator_next_time(const kempe_simulator *s);
-/** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */
-int kempe_simulator_wants_exchange(const kempe_simulator *s);
+/** 1 where kempe_simulator_update is due at the end of a step: the choice of independent coordinates is bad here, or a
+ * condition has changed unseen. An integrator that searches changes of sign overlooks a value that is zero before. */
+int kempe_simulator_wants_update(const kempe_simulator *s);
 /** Decides the conditions again at the present state, takes samples of states, and exchanges the choice where it is
  * bad; *changed: 1 where x has other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
 kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);

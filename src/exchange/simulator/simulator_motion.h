@@ -689,6 +689,8 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
     for (int k = 0; k < e->conditions; k++) {
         bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
         value[k] = numbers ? 1 : s->part.value[k];
+        if (value[k] == 0 && !is_of_friction(e, k))
+            value[k] = DBL_MIN; /* it does not hold, and a search of signs follows it on from there */
     }
 }
 
@@ -805,9 +807,12 @@ double kempe_simulator_next_time(const kempe_simulator *s)
     return next_sample(s);
 }
 
-int kempe_simulator_wants_exchange(const kempe_simulator *s)
+int kempe_simulator_wants_update(const kempe_simulator *s)
 {
-    return s->part.state[AT_BAD] > 0;
+    bool wanted = s->part.state[AT_BAD] > 0;
+    for (int k = 0; k < s->equations->conditions; k++)
+        wanted = wanted || (!is_of_friction(s->equations, k) && differs(s, k, s->part.value[k]));
+    return wanted;
 }
 
 /* Notes the events of friction that the caller has located: by the values that it has seen, because other ones may

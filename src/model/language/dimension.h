@@ -9,6 +9,8 @@
 /* The radians of a turn; and an angle that is more than one, also where it was rounded to 6.3. */
 #define KMP_TURN      6.283185307179586
 #define KMP_MORE_TURN 6.35
+/* rad: an angle without a unit, from which on it is rather in degrees in any model. */
+#define KMP_MANY_TURNS 45.0
 
 typedef enum kmp_dimension_kind {
     KMP_DIMENSION_BARE,  /* a number without unit: a plain factor; as a whole value it fits any dimension */

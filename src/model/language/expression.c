@@ -216,8 +216,9 @@ KMP_NOINLINE static const kmp_expr *parse_unknown(kmp_parser *p, const char *whe
     if (*p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is an algebraic variable, not a function", name);
     if (!p->scope->coordinate)
-        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", name,
-                                  kmp_parse_allowed(p->scope));
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected%s", name,
+                                  kmp_parse_allowed(p->scope),
+                                  u->count ? "" : ", without names of 'algebraic': write it out");
     if (u->late && !u->zero[0] && p->scope->incomplete)
         return NULL;
     if (u->late && !u->zero[0])
@@ -437,6 +438,16 @@ KMP_NOINLINE static const kmp_expr *make_call(kmp_parser *p, const char *where, 
 }
 
 /* The call of a function, from the opening parenthesis on. */
+/* Degrees are often forgotten in cos(30). */
+static void tell_turns(kmp_parser *p, const char *where, const char *name, const kmp_expr *argument)
+{
+    const kmp_expr *literal = argument && argument->kind == KMP_EXPR_NEG ? argument->a : argument;
+    if (literal && literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE &&
+        literal->value > KMP_MORE_TURN)
+        p->scope->turns(p->scope->user, name, argument == literal ? literal->value : -literal->value,
+                        kmp_parse_column(p, where));
+}
+
 static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
 {
     const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
@@ -454,6 +465,9 @@ static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *
                                   "'%s' jumps, and only sensors and the next values of states may have it: use a "
                                   "periodic table, whose slope is smooth, or 'if', whose changes are located",
                                   name);
+    if (count == 1 && composite < 0 && p->scope->turns &&
+        (function == KMP_FUNCTION_sin || function == KMP_FUNCTION_cos || function == KMP_FUNCTION_tan))
+        tell_turns(p, where, name, arguments[0]);
     return count < 0       ? NULL
            : composite < 0 ? make_call(p, where, function, arguments)
                            : make_composite(p, where, composite, arguments);

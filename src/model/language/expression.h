@@ -66,6 +66,7 @@ enum { KMP_MEASURE_SIZE = 3 };
 typedef struct kmp_measure_argument {
     int point;   /* -1: none */
     int axis;    /* 0, 1, 2; -1: the point itself */
+    int frame;   /* of a point: 1 + the body in whose axes it rests; 0: it moves with a deformation */
     int closure; /* of a reaction or moment; the body that a joint of the tree carries; a pair of bearings; a rope */
     int place;   /* of a sheave: of the path of its rope, from 0; of a rope: its closure, -1 or -2 */
     const double *along; /* in place of axis 0, 1, 2: a unit vector in the point's axes; NULL: none */
@@ -206,6 +207,8 @@ typedef struct kmp_expr_scope {
     bool compares;   /* a comparison is required: a < b */
     int place;       /* this number of x, y, z means a place, even if parameters have these names */
     bool *degrees;   /* becomes true where a number is in deg; NULL: of no interest */
+    /* Told of a number without a unit in sin, cos or tan that is more than a turn; NULL: of no interest. */
+    void (*turns)(void *user, const char *function, double value, int column);
 } kmp_expr_scope;
 
 /** Names of an expression's symbols. */

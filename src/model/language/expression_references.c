@@ -362,6 +362,13 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
         return make_tension(p, where, measure);
     if (kind == KMP_MEASURE_DISTANCE && measure->argument[0].point == measure->argument[1].point)
         return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->argument[0].name);
+    const kmp_measure_argument *of = measure->argument;
+    if (rows[kind].of == OF_POINT && rows[kind].order > 0 && measure->count == 2 && of[0].frame > 0 &&
+        of[0].frame == of[1].frame)
+        return kmp_parse_complain(p, where,
+                                  "%s is always zero between %s and %s, points of one body; with one point it is "
+                                  "relative to the ground, in ground axes",
+                                  word, of[0].name, of[1].name);
     return kmp_parse_make(p, where,
                           (kmp_expr){.kind = of_loop ? KMP_EXPR_LAMBDA : KMP_EXPR_MEASURE,
                                      .index = of_loop ? measure->argument[0].closure : 0,

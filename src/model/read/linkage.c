@@ -429,9 +429,35 @@ typedef struct search {
     kmp_linkage *g;
     const char *reason; /* of the use found */
     bool stops;         /* it is one of contacts */
+    kmp_edge **naming;  /* joints of the graph that name their coordinates */
+    int naming_count;
 } search;
 
-/* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
+static void find_naming(search *s)
+{
+    const kmp_linkage *g = s->g;
+    s->naming = KMP_ARENA_NEW(&s->r->scratch, kmp_edge *, g->edge_count + 1);
+    for (int k = g->own_count; s->naming && k < g->edge_count; k++) {
+        const kmp_yaml *names = kmp_yaml_get(g->edges[k].map, "coordinates");
+        if (names && names->kind == KMP_YAML_LIST)
+            s->naming[s->naming_count++] = &g->edges[k];
+    }
+}
+
+/* The joint of the graph that gives a coordinate this name; NULL: there is none. */
+static kmp_edge *find_named(const search *s, const char *name)
+{
+    for (int k = 0; k < s->naming_count; k++) {
+        const kmp_yaml *names = kmp_yaml_get(s->naming[k]->map, "coordinates");
+        for (int i = 0; i < names->count; i++)
+            if (names->items[i]->kind == KMP_YAML_SCALAR &&
+                strcmp(kmp_reader_name(s->r, names->items[i]->place.file, names->items[i]->text), name) == 0)
+                return s->naming[k];
+    }
+    return NULL;
+}
+
+/* The joint that a coordinate `JOINT`, `JOINT.k` or with its own name belongs to; NULL: none of `joints`. */
 static kmp_edge *find_edge(const search *s, int file, const char *text, size_t length)
 {
     const char *rest, *name = kmp_reader_say(s->r, "%.*s", (int)length, text);
@@ -445,7 +471,9 @@ static kmp_edge *find_edge(const search *s, int file, const char *text, size_t l
     if (dot && !isdigit((unsigned char)dot[1])) /* of a flexible body */
         return NULL;
     const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
-    return kmp_linkage_joint_named(s->r, s->g, kmp_reader_name(s->r, file, said));
+    const char *whole = kmp_reader_name(s->r, file, said);
+    kmp_edge *edge = kmp_linkage_joint_named(s->r, s->g, whole);
+    return edge || dot ? edge : find_named(s, whole);
 }
 
 static void need(const search *s, int file, const char *text, size_t length)
@@ -573,7 +601,8 @@ static void search_gears(search *s)
 
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
-    search s = {r, g, "", false};
+    search s = {.r = r, .g = g, .reason = ""};
+    find_naming(&s);
     search_list(&s, "start", "hold", "the start holds it");
     const kmp_yaml *goals = kmp_yaml_get(kmp_yaml_get(r->root, "start"), "goals");
     s.reason = "the start has a goal for it";

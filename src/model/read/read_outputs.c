@@ -216,7 +216,10 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     if (gap && found >= 0 && r->model->forces[found].kind != KMP_FORCE_TOUCH)
         kmp_reader_complain(r, node->place, "output gap: '%s' is not a rigid contact", name);
     else if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && kmp_force_has_components(&r->model->forces[found]))
-        kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
+        kmp_reader_complain(r, node->place,
+                            "output force: '%s' is given by components: give them names under "
+                            "'algebraic', and request sensors of these names",
+                            name);
     return found;
 }
 

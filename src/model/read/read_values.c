@@ -225,7 +225,10 @@ bool kmp_reader_measure_argument(kmp_reader *r, int point, int axis, kmp_measure
     const kmp_point *p = &r->model->points[point];
     kmp_text name = {0};
     kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
-    *argument = (kmp_measure_argument){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
+    *argument = (kmp_measure_argument){.point = point,
+                                       .axis = axis,
+                                       .frame = p->station > 0 ? 0 : 1 + p->body,
+                                       .name = kmp_text_keep(&name, &r->model->arena)};
     return argument->name;
 }
 
@@ -234,6 +237,19 @@ static bool find_argument(void *user, const char *text, const char *word, int co
     kmp_reader *r = user;
     int point = kmp_read_point_text(r, (kmp_place){r->scope_line, column, r->scope}, text, word);
     return point >= 0 && kmp_reader_measure_argument(r, point, -1, argument);
+}
+
+/* An expression may be read more than once. */
+static void note_turns(void *user, const char *function, double value, int column)
+{
+    kmp_reader *r = user;
+    const kmp_turns turns = {
+        {r->scope_line, column, r->scope}, kmp_reader_say(r, "the argument of %s", function), value, true};
+    bool known = false;
+    for (int k = 0; k < r->turn_count; k++)
+        known = known || memcmp(&r->turns[k].place, &turns.place, sizeof turns.place) == 0;
+    if (!known && KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
+        r->turns[r->turn_count++] = turns;
 }
 
 /* Contacts with a law are known before they are read. */
@@ -298,6 +314,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,
                             .degrees = &r->model->source.degrees,
+                            .turns = note_turns,
                             .place = allowed == KMP_OF_X       ? 1
                                      : allowed == KMP_OF_PLACE ? 3
                                                                : 0};
@@ -396,10 +413,11 @@ bool kmp_is_bare(kmp_reader *r, const kmp_yaml *node)
 
 void kmp_warn_of_turns(kmp_reader *r)
 {
-    for (const kmp_turns *x = r->turns; r->model->source.degrees && x < r->turns + r->turn_count; x++)
-        kmp_reader_warn(r, x->place,
-                        "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'", x->what,
-                        x->value, fabs(x->value) / KMP_TURN, x->value);
+    for (const kmp_turns *x = r->turns; x < r->turns + r->turn_count; x++)
+        if (x->certain || r->model->source.degrees || fabs(x->value) >= KMP_MANY_TURNS)
+            kmp_reader_warn(r, x->place,
+                            "%s is %g without a unit and is taken in rad, %.3g turns: for degrees write '%g deg'",
+                            x->what, x->value, fabs(x->value) / KMP_TURN, x->value);
 }
 
 kmp_number kmp_number_of(const kmp_expr *expr, double value)
@@ -420,7 +438,7 @@ bool kmp_read_number(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_
     *number = kmp_number_of(expr, value);
     number->symbol = ++r->model->symbol_count;
     if (wanted.angle && !kmp_dimension_is_physical(wanted) && fabs(value) > KMP_MORE_TURN && is_bare(r, expr)) {
-        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value};
+        const kmp_turns turns = {node->place, kmp_reader_say(r, "%s", what), value, false};
         if (KMP_ARENA_GROW(&r->scratch, r->turns, r->turn_count))
             r->turns[r->turn_count++] = turns;
     }

@@ -48,6 +48,7 @@ typedef struct kmp_turns {
     kmp_place place;
     const char *what;
     double value;
+    bool certain; /* it is rather in degrees in any model */
 } kmp_turns;
 
 /** A moment of inertia, or a component of a centre of mass, without a unit. */

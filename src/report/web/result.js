@@ -301,7 +301,7 @@ function drawCurves() {
 
 /* -- values ------------------------------------------------------------------------------------------------- */
 
-const MOST_PEAKS = 12;
+const MOST_PEAKS = 10;
 
 function moreNote(place, count) {
     place.querySelector(".note").textContent = count > 0 ? `${count} more are in the table below the curves.` : "";
@@ -310,6 +310,8 @@ function moreNote(place, count) {
 /* The extreme values of the outputs that are drawn at first. */
 function writePeaks() {
     const list = series ? figuresOf(drawn()).flatMap(({ members }) => members.map((column) => [column, constantOf(column, members), noiseOf(members)])) : [], place = byId("peaks"), table = place.querySelector("table");
+    const rank = ([{ name }]) => (series.first.includes(name) ? series.first.indexOf(name) : series.first.length);
+    list.sort((a, b) => rank(a) - rank(b));
     place.hidden = list.length === 0;
     if (list.length === 0) return;
     const x = withUnit(abscissa), at = x.length < 9 ? `at ${x}`.replace(/ /g, "\u00a0") : `at ${x}`;
@@ -321,6 +323,8 @@ function writePeaks() {
         else table.append(rowOf(name, digits(clean(low, noise)), digits(lowAt, 4), digits(clean(high, noise)), digits(highAt, 4)));
     }
     moreNote(place, list.length - MOST_PEAKS);
+    const others = series.requested - series.first.length;
+    if (others > 0) place.querySelector(".note").append(` ${others} others that the model requests are in the list Outputs.`);
 }
 
 /* Parts of a name, between which a line may end. */

@@ -898,13 +898,49 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
 /* -- limits of motion -------------------------------------------------------------------------------- */
 
 /* The ranges of at most this number of coordinates, or none. */
+/* The kinds of motions of coordinates in a cycle. */
+enum { ROTATES, OSCILLATES, RESTS, SWINGS };
+
+static int swing_of(const kempe_check *check, int k)
+{
+    const kmp_coordinate_range *s = &check->diagnosis.limits.range[k];
+    return !s->moves ? RESTS : s->turns != 0 ? ROTATES : OSCILLATES;
+}
+
+/* ": O, A rotate fully; C, D oscillate": names of few coordinates, numbers of many. */
+static void put_swings(kmp_text *text, const kempe_check *check)
+{
+    static const char *const words[SWINGS][2] = {
+        {"rotates fully", "rotate fully"}, {"oscillates", "oscillate"}, {"does not move", "do not move"}};
+    const int n = check->system->n;
+    const char *before = ": ";
+    for (int kind = 0; kind < SWINGS; kind++) {
+        int count = 0;
+        for (int k = 0; k < n; k++)
+            count += swing_of(check, k) == kind;
+        for (int k = 0, listed = 0; k < n && n <= MOST_LISTED; k++)
+            if (swing_of(check, k) == kind)
+                kmp_text_printf(text, "%s%s", listed++ > 0 ? ", " : before, name_of(check, k));
+        if (n > MOST_LISTED && count > 0)
+            kmp_text_printf(text, "%s%d", before, count);
+        before = count > 0 ? "; " : before;
+        if (count > 0)
+            kmp_text_printf(text, " %s", words[kind][count > 1]);
+    }
+}
+
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_limits *l = &check->diagnosis.limits;
-    line(text, "range of motion", "%s",
-         !l->walked ? (l->why_not ? l->why_not : "not followed")
-         : l->cycle ? "closed cycle"
-                    : l->ended);
+    kmp_text words = {0};
+    kmp_text_put(&words, !l->walked ? (l->why_not ? l->why_not : "not followed")
+                         : l->cycle ? "closed cycle"
+                                    : l->ended);
+    if (l->walked && l->cycle && check->system->n > most)
+        put_swings(&words, check);
+    if (l->walked && check->system->n > most)
+        kmp_text_put(&words, "; ranges: --all");
+    put_words(text, "range of motion", &words);
     if (!l->walked)
         return;
     int width = kmp_print_width(check->system, KMP_QUANTITY_Q);

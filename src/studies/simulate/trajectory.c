@@ -384,8 +384,6 @@ enum { MANY_ROWS = 200 };
 #define OF_FEW_ROWS 0.05
 /* Times the tolerances; forms that let positions drift keep it. */
 #define TRUSTED_GAP 1e4
-/* Loads that are evaluated in two ways are the same up to rounding. */
-#define SAME_LOAD 1e-9
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -670,35 +668,6 @@ static bool shows_loads(const kempe_model *model)
     return any && model->closure_count > kmp_model_friction_count(model);
 }
 
-/* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of the loads that outputs show. False: one of these
- * differs from its value in `before`, which the equations have. */
-static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, const double *before, const double *values,
-                      const double *bearings, double *shown)
-{
-    double size = 0;
-    for (int k = 0; k < KMP_LOAD_VALUES * (model->closure_count + loads->joints); k++)
-        size = fmax(size, fabs(before[k]));
-    for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++])) {
-        const kmp_output *output = &model->outputs[o];
-        const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
-        const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
-        int place = output->index;
-        if (bearings && output->kind == KMP_OUTPUT_BEARING)
-            memcpy(shown + at, bearings + (ptrdiff_t)KMP_BEARING_VALUES * place, KMP_BEARING_VALUES * sizeof *shown);
-        if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
-            continue;
-        for (int k = 0; joint && k < loads->joints; k++)
-            place = loads->joint[k] == output->index + 1 ? model->closure_count + k : place;
-        for (int i = 0; i < 3; i++) {
-            const int k = KMP_LOAD_VALUES * place + 3 * moment + i;
-            if (!(fabs(shown[at + i] - before[k]) <= SAME_LOAD * size))
-                return false;
-            shown[at + i] = values[k];
-        }
-    }
-    return true;
-}
-
 /* Outputs of all rows with the loads of least norm. */
 static kempe_status share_loads(kempe_trajectory *t, const kmp_simulation *j, kmp_evaluator *eval)
 {
@@ -720,7 +689,7 @@ static kempe_status share_loads(kempe_trajectory *t, const kmp_simulation *j, km
         memcpy(all, before, (size_t)count * sizeof *all);
         status = kmp_least_norm_loads(eval, at.t, at.q, loads.joints, loads.joint, all);
         const double *bearings = loads.bearing_count > 0 ? kmp_all_loads_bearings(&loads, &at, all) : NULL;
-        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, bearings, here))
+        if (status == KEMPE_OK && !kmp_loads_in_outputs(&loads, model, before, all, bearings, here))
             status = kmp_fail(j->context, KEMPE_E_FAILED,
                               "loads of least norm are not known for the forces of this model; omit --loads");
     }

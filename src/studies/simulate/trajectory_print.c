@@ -106,48 +106,6 @@ static void show_state(kmp_text *text, const kempe_trajectory *t)
     kmp_print_multipliers(text, t->system, at_end(t, KMP_QUANTITY_LAMBDA));
 }
 
-/* Requested outputs, each component with the end of its column's name. */
-static void show_outputs(kmp_text *text, const kempe_trajectory *t)
-{
-    const kempe_model *model = t->system->model;
-    const double *x = t->shown;
-    kmp_text column = {0};
-    const char *before = "\n";
-    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
-        const kmp_output *output = &model->outputs[o];
-        const int width = kmp_output_width(model, output);
-        if (width == 0)
-            continue;
-        kmp_text line = {0};
-        kmp_text_put(text, before);
-        before = "";
-        kmp_output_print(&line, model, output);
-        for (int k = 0; k < width; k++) {
-            /* Each unit after the values that have it. */
-            const char *unit = kmp_output_unit(model, output, k), *part = NULL;
-            double largest = 0;
-            for (int i = 0; i < width; i++)
-                largest = strcmp(kmp_output_unit(model, output, i), unit) == 0 ? fmax(largest, fabs(x[i])) : largest;
-            kmp_shown as = kmp_shown_as(model->context, unit);
-            bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
-            kmp_text_free(&column);
-            kmp_output_column(&column, model, output, k);
-            part = width > 1 && column.s ? strrchr(column.s, '.') : NULL;
-            if (part && output->kind == KMP_OUTPUT_BEARING && k < KMP_BEARING_VALUES - 1)
-                part -= 2; /* ".1.x" */
-            const char *name = output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(model->context, unit) : as.unit;
-            kmp_text_printf(&line, "  %s%s%.6g%s%s", part ? part + 1 : "", part ? " " : "",
-                            as.factor * kmp_print_clean(x[k], KMP_PRINT_NOISE * largest), last && *name ? " " : "",
-                            last ? name : "");
-        }
-        kmp_print_wrapped(text, "  ", 6, line.s ? line.s : "");
-        kmp_text_free_part(text, &line);
-        x += width;
-    }
-    text->failed = text->failed || column.failed;
-    kmp_text_free(&column);
-}
-
 static bool reactions_of(const kempe_trajectory *t, kmp_reactions *reactions)
 {
     const bool good = kmp_reactions_of_rows(reactions, t->system, &t->table, t->least_norm) == KEMPE_OK;
@@ -405,7 +363,8 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     show_tyres(text, t->system->model);
     if (t->table.rows > 0) {
         show_state(text, t);
-        show_outputs(text, t);
+        if (t->table.rows > 0)
+            kmp_print_outputs(text, t->system->model, t->shown);
         show_reactions(text, t, all);
         kmp_text_put(text, "\n");
         show_accuracy(text, t);
@@ -432,33 +391,6 @@ static const char *dynamics_of(const kempe_trajectory *t)
     kmp_dynamics by_mass =
         requested == KMP_DYNAMICS_NER || requested == KMP_DYNAMICS_PLAIN ? requested : KMP_DYNAMICS_COMPOSITE;
     return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
-}
-
-/* Positions by their points, all outputs by their own words. */
-static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positions)
-{
-    const kempe_model *model = t->system->model;
-    const double *x = t->shown;
-    kmp_json_object(json, positions ? "position" : "outputs");
-    for (int o = 0; o < model->output_count; o++) {
-        const kmp_output *output = &model->outputs[o];
-        int width = kmp_output_width(model, output);
-        kmp_text name = {0};
-        kmp_output_print(&name, model, output);
-        size_t head = positions ? strlen("position(") : 0;
-        if (positions && !name.failed)
-            name.s[name.length - 1] = '\0'; /* the closing parenthesis */
-        bool shows = !name.failed && width > 0 && (!positions || output->kind == KMP_OUTPUT_POSITION);
-        for (int k = 0; k < o; k++) /* keys must be unique */
-            shows = shows && !kmp_output_equal(&model->outputs[k], output);
-        if (shows && width == 1)
-            kmp_json_number(json, name.s + head, x[0]);
-        else if (shows)
-            kmp_json_numbers(json, name.s + head, width, x);
-        kmp_text_free_part(json->text, &name);
-        x += width;
-    }
-    kmp_json_end(json);
 }
 
 static void json_reactions(kmp_json *json, const kempe_trajectory *t)
@@ -495,8 +427,8 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);
     json_reactions(json, t);
-    json_outputs(json, t, true);
-    json_outputs(json, t, false);
+    kmp_print_outputs_json(json, t->system->model, t->shown, true);
+    kmp_print_outputs_json(json, t->system->model, t->shown, false);
 }
 
 /* Compliant contacts. */
