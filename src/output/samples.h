@@ -33,7 +33,7 @@ typedef struct kmp_samples {
     const bool *shared; /* m, of references, not their own: multipliers that redundant rows leave open, which are not
                          * judged; NULL: none */
     const char *cut;    /* of references, a joint whose coordinates are among the columns, but not of the system: it is
-                         * cut;    NULL: none */
+                         * cut; NULL: none */
     double
         *shown; /* rows x the width of outputs, where loads are shared as requested; NULL: as the equations have it */
 } kmp_samples;

@@ -437,9 +437,8 @@ KMP_NOINLINE static const kmp_expr *make_call(kmp_parser *p, const char *where, 
                                      .c = arguments[2]});
 }
 
-/* The call of a function, from the opening parenthesis on. */
 /* Degrees are often forgotten in cos(30). */
-static void tell_turns(kmp_parser *p, const char *where, const char *name, const kmp_expr *argument)
+static void report_turns(kmp_parser *p, const char *where, const char *name, const kmp_expr *argument)
 {
     const kmp_expr *literal = argument && argument->kind == KMP_EXPR_NEG ? argument->a : argument;
     if (literal && literal->kind == KMP_EXPR_NUMBER && literal->unit.kind == KMP_DIMENSION_BARE &&
@@ -448,6 +447,7 @@ static void tell_turns(kmp_parser *p, const char *where, const char *name, const
                         kmp_parse_column(p, where));
 }
 
+/* The call of a function, from the opening parenthesis on. */
 static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
 {
     const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
@@ -467,7 +467,7 @@ static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *
                                   name);
     if (count == 1 && composite < 0 && p->scope->turns &&
         (function == KMP_FUNCTION_sin || function == KMP_FUNCTION_cos || function == KMP_FUNCTION_tan))
-        tell_turns(p, where, name, arguments[0]);
+        report_turns(p, where, name, arguments[0]);
     return count < 0       ? NULL
            : composite < 0 ? make_call(p, where, function, arguments)
                            : make_composite(p, where, composite, arguments);

@@ -207,7 +207,7 @@ typedef struct kmp_expr_scope {
     bool compares;   /* a comparison is required: a < b */
     int place;       /* this number of x, y, z means a place, even if parameters have these names */
     bool *degrees;   /* becomes true where a number is in deg; NULL: of no interest */
-    /* Told of a number without a unit in sin, cos or tan that is more than a turn; NULL: of no interest. */
+    /* Called with a number without a unit in sin, cos or tan that is more than a turn; NULL: of no interest. */
     void (*turns)(void *user, const char *function, double value, int column);
 } kmp_expr_scope;
 

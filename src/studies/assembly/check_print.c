@@ -897,7 +897,6 @@ static void show_blocks(kmp_text *text, const kempe_check *check)
 
 /* -- limits of motion -------------------------------------------------------------------------------- */
 
-/* The ranges of at most this number of coordinates, or none. */
 /* The kinds of motions of coordinates in a cycle. */
 enum { ROTATES, OSCILLATES, RESTS, SWINGS };
 
@@ -929,6 +928,7 @@ static void put_swings(kmp_text *text, const kempe_check *check)
     }
 }
 
+/* The ranges of at most this number of coordinates, or none. */
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
 {
     const kmp_limits *l = &check->diagnosis.limits;
