@@ -387,6 +387,40 @@ static void reactions_are_the_outputs(void)
     unload(&m);
 }
 
+/* Friction that slips along a line between an arm and the ground: its multiplier is its force, and the hinge carries
+ * it. It does not count as a redundant closure. */
+static void friction_by_hand(void)
+{
+    loaded m = load_text(
+        "kempe: 1\nground: {points: {W: [0.5, 0.4, 0]}}\nbodies:\n"
+        "  arm: {joint: {name: A, revolute: z, at: ground}, mass: 2, com: [0.3, 0, 0], inertia: {zz: 0.1}, points: {S: "
+        "[0.4, 0.1, 0]}}\n"
+        "forces: {rope: {sliding: 'distance(arm.S, ground.W)', friction: {force: 5}}}\n"
+        "drives: {d: {joint: A, angle: 0.2 + 3*t}}\nrun: {t_end: 2, output_step: 0.1}\n");
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    kempe_table *rows = NULL;
+    char *text = NULL;
+    CHECK(r && kempe_inverse_table(r, "rows", &rows) == KEMPE_OK);
+    const int column = kempe_table_find(rows, "reaction.A.x");
+    CHECK(column > 0);
+    for (int row = 0; r && row < r->rows; row++) {
+        const double angle = 0.2 + 3 * r->t[row], c = cos(angle), s = sin(angle);
+        const double place[2] = {0.4 * c - 0.1 * s, 0.4 * s + 0.1 * c};
+        const double way[2] = {place[0] - 0.5, place[1] - 0.4}, size = hypot(way[0], way[1]);
+        const double rate = 3 * (way[1] * place[0] - way[0] * place[1]) / size, pull = rate > 0 ? -5 : 5;
+        const double force[2] = {pull * way[0] / size, pull * way[1] / size};
+        CHECK_NEAR(lambda_at(r, row)[0], pull, 1e-14);
+        CHECK_NEAR(tau_at(r, row)[0], -(place[0] * force[1] - place[1] * force[0]), 1e-13);
+        CHECK_NEAR(kempe_table_number(rows, row, column), -2 * 9 * 0.3 * c - force[0], 1e-12);
+        CHECK_NEAR(kempe_table_number(rows, row, column + 1), -2 * 9 * 0.3 * s - force[1], 1e-12);
+    }
+    CHECK(r && kempe_inverse_print(r, KEMPE_TEXT, &text) == KEMPE_OK && !strstr(text, "redundant"));
+    kempe_text_free(text);
+    kempe_table_free(rows);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
 /* -- more and fewer actuators than freedoms ---------------------------------------------------------- */
 
 /* The conditions of least norm as one system: W tau = S' mu, J mu = 0, S tau + J' lambda = M qdd + C. */
@@ -560,6 +594,7 @@ int main(void)
     TEST(the_platform_comes_back);
     TEST(known_efforts_come_back);
     TEST(reactions_are_the_outputs);
+    TEST(friction_by_hand);
     TEST(least_norm_by_one_dense_system);
     TEST(too_few_actuators_are_told);
     TEST(out_of_reach_of_the_actuator);

@@ -12,6 +12,7 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/state.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>
@@ -27,8 +28,8 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
     ptrdiff_t n = v->n, pressed = s->load_row_count > 0 ? n : 0;
     if (!KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
                         KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
-                        KMP_ROOM(double, s->jacobian.count, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
-                        KMP_ROOM(double, pressed, &v->inertia))) {
+                        KMP_ROOM(double, s->events.count, &v->change), KMP_ROOM(double, s->jacobian.count, &v->masked),
+                        KMP_ROOM(double, n, &v->rest, &v->sum), KMP_ROOM(double, pressed, &v->inertia))) {
         kmp_inverse_free(v);
         return kmp_fail_memory(s->context);
     }
@@ -262,5 +263,7 @@ kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, con
     v->unmet = norm_of(v, v->left);
     kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     find_residual(v);
+    if (kmp_model_friction_count(v->system->model) > 0)
+        kmp_eval_show_friction(v->eval, t, q, qd, qdd, v->lambda, v->change);
     return isfinite(v->unmet) && isfinite(v->residual) ? KEMPE_OK : fail_at(v, t);
 }

@@ -437,8 +437,12 @@ static void note_row(job *j, double t)
                 r->left[r->left_count++] = v->left[k];
             }
     }
-    for (int k = 0; k < v->part.m - v->part.r; k++)
-        r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
+    for (int k = 0; k < v->part.m - v->part.r; k++) {
+        const int row = v->part.redundant[k];
+        const bool given = /* friction, whose force does not follow from its row */
+            kmp_closure_is_of_modes(kmp_model_closure(r->system->model, r->system->rows[row].closure));
+        r->redundant[row] = r->redundant[row] || (!v->left_out[row] && !given);
+    }
 }
 
 static kempe_status keep_row(job *j)
@@ -460,7 +464,7 @@ static kempe_status keep_row(job *j)
     memcpy(row + r->at.qdd, g->qdd, state);
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
-            *lambda++ = v->lambda[k];
+            *lambda++ = v->lambda[k] + 0.0; /* no -0 */
     const size_t loads = (size_t)kmp_all_loads_count(&j->loads, j->system->model);
     if (loads > 0)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
