@@ -110,9 +110,10 @@ KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *qdd, double *Q);
 
-/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not required) under the model's
- * forces and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass.
- * KEMPE_E_ARGUMENT: the model has rigid contacts, and the workspace was made without "stick". */
+/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; of friction that slips its force, as in
+ * rows of runs; NULL: not required) under the model's forces and the generalized forces Q (n; NULL: none).
+ * KEMPE_E_FAILED, outputs untouched: a motion carries no mass. KEMPE_E_ARGUMENT: the model has rigid contacts, and the
+ * workspace was made without "stick". */
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
 

@@ -194,7 +194,7 @@ static void add_turned(double scale, double aside)
     }
 }
 
-/* A part whose triangles face inwards is a hollow in another part; one beside all others is inside out. */
+/* A part whose triangles face inwards is a hollow in another part; one apart from all others is inside out. */
 static void parts_of_a_mesh(void)
 {
     double cylinder[2][2] = {{0.2, -0.5}, {0.2, 0.5}};
@@ -210,7 +210,7 @@ static void parts_of_a_mesh(void)
         revolve(2, cylinder);
         add_turned(scales[k], 1);
         CHECK(!kmp_mesh_enclose(&made.mesh, &v, &why));
-        CHECK(why.s && strstr(why.s, "face the other way than those of the rest: it is inside out"));
+        CHECK(why.s && strstr(why.s, "face the other way than the rest: the part is inside out"));
         kmp_text_free(&why);
     }
 }

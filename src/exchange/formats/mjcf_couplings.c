@@ -418,7 +418,7 @@ typedef struct law {
     double gain[10], bias[10];
     const char *gain_type, *bias_type, *dynamics; /* words of MuJoCo */
     const char *by;                               /* the word that gave numbers; NULL: none, or a motor */
-    bool biased;                                  /* numbers of a word 'general' may stay in those of a servo */
+    bool biased;                                  /* numbers of a word 'general' may stay in the numbers of a servo */
     bool unclear;                                 /* versions of MuJoCo take different numbers */
 } law;
 

@@ -588,12 +588,12 @@ static bool is_hollow(const piece *pieces, int count, const piece *p)
     return false;
 }
 
-/* Pieces that face against the whole are hollows in others: one beside all others is turned inside out. */
+/* Pieces that face against the whole are hollows in others: one apart from all others is turned inside out. */
 static bool faces_one_way(const kmp_mesh *mesh, const double origin[3], double volume, kmp_text *why)
 {
     int *above = KMP_NEW(int, mesh->vertex_count);
     piece *pieces = KMP_NEW(piece, mesh->vertex_count);
-    const double least = 1e-9 * fabs(volume); /* of a piece that counts, beside rounding of flat ones */
+    const double least = 1e-9 * fabs(volume); /* of a piece that counts: flat ones have rounding */
     why->failed = why->failed || !above || !pieces;
     for (int k = 0; !why->failed && k < mesh->vertex_count; k++)
         pieces[k] = (piece){.low = {INFINITY, INFINITY, INFINITY}, .high = {-INFINITY, -INFINITY, -INFINITY}};
@@ -604,7 +604,7 @@ static bool faces_one_way(const kmp_mesh *mesh, const double origin[3], double v
         if ((volume < 0 ? -p->volume : p->volume) < -least && !is_hollow(pieces, mesh->vertex_count, p))
             kmp_text_printf(why,
                             "triangles of a part from [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] face the other way than "
-                            "those of the rest: it is inside out",
+                            "the rest: the part is inside out",
                             p->low[0], p->low[1], p->low[2], p->high[0], p->high[1], p->high[2]);
     }
     kmp_free(above);
