@@ -9,6 +9,7 @@
 #include "linalg/dense/lapack.h"
 #include "model/data/closure.h"
 #include "symbolic/table_function.h"
+#include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <kempe/workspace.h>
 #include <stdbool.h>
@@ -421,6 +422,38 @@ static void friction_by_hand(void)
     unload(&m);
 }
 
+/* Friction by the load of a joint of the tree: the joint carries its load itself, no actuator does. A sledge on a
+ * guide: m a + mu m g against its motion. */
+static void friction_by_a_load(void)
+{
+    loaded m =
+        load_text("kempe: 1\ngravity: [0, 0, -10]\nbodies: {sledge: {joint: {name: s, prismatic: x, at: ground}, "
+                  "mass: 2}}\nforces: {rub: {joint: s, friction: {mu: 0.3}}}\n"
+                  "drives: {d: {joint: s, displacement: 0.5*sin(2*t)}}\nrun: {t_end: 3, output_step: 0.1}\n");
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    kempe_check *check = NULL;
+    char *text = NULL;
+    CHECK(kempe_check_new(m.system, &check) == KEMPE_OK && kempe_check_print(check, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "driven by 'd'\n"));
+    kempe_text_free(text);
+    kempe_check_free(check);
+    CHECK(r && r->a == 1 && kempe_inverse_dof(r) == 1);
+    for (int row = 0; r && row < r->rows; row++) {
+        const double t = r->t[row], rub = cos(2 * t) > 0 ? 6 : -6;
+        CHECK_NEAR(tau_at(r, row)[0], -4 * sin(2 * t) + rub, 1e-12);
+    }
+    kempe_inverse_free(r);
+    unload(&m);
+    m = load_text("kempe: 1\ngravity: [0, 0, -10]\nbodies: {sledge: {joint: {name: s, prismatic: x, at: ground}, mass: "
+                  "2}}\nforces: {rub: {joint: s, friction: {mu: 0.3}}}\nstart: {qd: {s: 1}}\n");
+    r = invert(&m, &(kempe_inverse_options){.actuators = "s"}, KEMPE_OK); /* of the start: there is no drive */
+    CHECK(r && r->motion == KMP_INVERSE_START);
+    if (r)
+        CHECK_NEAR(tau_at(r, 0)[0], 6, 1e-12);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
 /* -- more and fewer actuators than freedoms ---------------------------------------------------------- */
 
 /* The conditions of least norm as one system: W tau = S' mu, J mu = 0, S tau + J' lambda = M qdd + C. */
@@ -595,6 +628,7 @@ int main(void)
     TEST(known_efforts_come_back);
     TEST(reactions_are_the_outputs);
     TEST(friction_by_hand);
+    TEST(friction_by_a_load);
     TEST(least_norm_by_one_dense_system);
     TEST(too_few_actuators_are_told);
     TEST(out_of_reach_of_the_actuator);

@@ -11,6 +11,7 @@
 #include "linalg/dense/dot.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/state.h"
 #include "model/read/loads.h"
 #include "output/print.h"
@@ -37,8 +38,10 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
         v->actuator[k] = actuator[k];
         v->weight[k] = weight ? weight[k] : 1;
     }
-    for (int r = 0; r < s->m; r++)
-        v->left_out[r] = kmp_closure_is_drive(kmp_model_closure(s->model, s->rows[r].closure));
+    for (int r = 0; r < s->m; r++) { /* a joint carries its load itself */
+        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
+        v->left_out[r] = kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(s->model, closure->motion);
+    }
     return KEMPE_OK;
 }
 

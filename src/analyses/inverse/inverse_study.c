@@ -191,13 +191,20 @@ static kempe_status read_weights(job *j)
     return status;
 }
 
+/* True for a drive or a lock of the user. */
+static bool is_drive(const kempe_model *model, const kmp_closure *closure)
+{
+    return kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(model, closure->motion);
+}
+
 static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
-    r->motion = j->options->motion                ? KMP_INVERSE_TABLE
-                : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
-                                                  : KMP_INVERSE_START;
+    bool driven = false;
+    for (int c = 0; c < model->closure_count; c++)
+        driven = driven || is_drive(model, &model->closures[c]);
+    r->motion = j->options->motion ? KMP_INVERSE_TABLE : driven ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
     r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
     KMP_TRY(kmp_made(j->context, !r->arena.failed));
     if (r->motion == KMP_INVERSE_START && (j->options->t_end > 0 || j->options->output_step > 0))
@@ -364,7 +371,7 @@ static kempe_status prepare(job *j)
     if (r->a == 0) {
         const kempe_model *model = r->system->model;
         for (int c = 0; c < model->closure_count; c++)
-            if (kmp_closure_is_drive(&model->closures[c]))
+            if (is_drive(model, &model->closures[c]))
                 r->actuator[r->a++] = model->closures[c].motion;
     }
     KMP_TRY(r->a == 0 ? fail_without_actuators(j) : read_weights(j));
