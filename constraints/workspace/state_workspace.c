@@ -368,6 +368,13 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kmp_workspace_check_finite(ws, "the acceleration of", kmp_workspace_coordinate_name, ws->n, qdd));
+    if (ws->system->load_row_count > 0) {
+        (void)kmp_workspace_fail(ws,
+                                 "inverse dynamics of the open tree: a force depends on the multiplier of constraint "
+                                 "equation '%s', which is not known there: name actuators, whose forces have it",
+                                 ws->system->row_names[ws->system->load_rows[0]]);
+        return KEMPE_E_ARGUMENT;
+    }
     KMP_TRY(evaluate(ws, t, q, qd, NULL));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
     kmp_eval_add_mass_times(ws->eval, qdd, ws->answer);

@@ -106,7 +106,7 @@ KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 
 /** Generalized forces that the tree needs for qdd: Q = M qdd + C (n; N m or N), in addition to the model's forces.
- * Loops count as open. */
+ * Loops count as open. KEMPE_E_ARGUMENT: a force depends on multipliers, which kempe_workspace_actuator_forces has. */
 KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *qdd, double *Q);
 

@@ -443,9 +443,23 @@ static void friction_by_a_load(void)
         CHECK_NEAR(tau_at(r, row)[0], -4 * sin(2 * t) + rub, 1e-12);
     }
     kempe_inverse_free(r);
+    /* At a state an open tree does not have the load; the actuator does. */
+    kempe_workspace *ws = NULL;
+    const char *const name = "s";
+    const double q[3] = {0}, qd[3] = {0, 0, 1}, qdd[3] = {0, 0, 1.5};
+    double tau = NAN, force[3];
+    CHECK(m.system->n == 3 && kempe_workspace_new_with_friction(m.system, "slip", &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_inverse_dynamics(ws, 0, q, qd, qdd, force) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_workspace_message(ws), "a force depends on the multiplier of constraint equation 's_load1.1'"));
+    kempe_workspace_free(ws);
     unload(&m);
     m = load_text("kempe: 1\ngravity: [0, 0, -10]\nbodies: {sledge: {joint: {name: s, prismatic: x, at: ground}, mass: "
                   "2}}\nforces: {rub: {joint: s, friction: {mu: 0.3}}}\nstart: {qd: {s: 1}}\n");
+    CHECK(kempe_workspace_new_with_friction(m.system, "slip", &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_actuators(ws, 1, &name, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_actuator_forces(ws, 0, q, qd, qdd, &tau, NULL) == KEMPE_OK);
+    CHECK_NEAR(tau, 2 * 1.5 + 6, 1e-12);
+    kempe_workspace_free(ws);
     r = invert(&m, &(kempe_inverse_options){.actuators = "s"}, KEMPE_OK); /* of the start: there is no drive */
     CHECK(r && r->motion == KMP_INVERSE_START);
     if (r)
