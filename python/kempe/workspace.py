@@ -976,8 +976,8 @@ class Workspace(Owned):
         weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read.
 
         Raises FailedError if the loops are open or the actuators cannot produce the accelerations. Raises ArgumentError if there is no
-        such coordinate, a weight is not positive, weights are given without actuators, or no actuators are given where a force depends
-        on multipliers, such as friction by a load. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
+        such coordinate, a weight is not positive, or weights are given without actuators. Raises it without actuators, too, where a
+        force depends on multipliers, such as friction by a load. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.inverse_dynamics(0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]).shape
