@@ -594,6 +594,23 @@ static void expect_table_failure(const loaded *m, const char *text, kempe_status
     unlink(path);
 }
 
+/* Actuators have the forces of drives: a force that depends on the multiplier of a drive is not known. */
+static void loads_of_drives(void)
+{
+    loaded m = load_text("kempe: 1\nbodies:\n  a: {joint: {name: x, prismatic: x, at: ground}, mass: 2}\n"
+                         "  b: {joint: {name: y, prismatic: y, at: a}, mass: 1}\n"
+                         "drives: {d: {joint: x, displacement: sin(2*t)}, e: {joint: y, displacement: sin(3*t)}}\n"
+                         "forces: {f: {joint: y, force: 0.5*lambda(d)}}\nrun: {t_end: 1}\n");
+    const char *const name = "y";
+    kempe_workspace *ws = NULL;
+    expect_failure(&m, NULL, KEMPE_E_ARGUMENT, "a force depends on the multiplier of 'd', a drive or a lock");
+    CHECK(kempe_workspace_new(m.system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_actuators(ws, 1, &name, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_workspace_message(ws), "a force depends on the multiplier of 'd', a drive or a lock"));
+    kempe_workspace_free(ws);
+    unload(&m);
+}
+
 static void what_is_wrong_is_said(void)
 {
     loaded m = load_four_bar("");
@@ -646,6 +663,7 @@ int main(void)
     TEST(least_norm_by_one_dense_system);
     TEST(too_few_actuators_are_told);
     TEST(out_of_reach_of_the_actuator);
+    TEST(loads_of_drives);
     TEST(what_is_wrong_is_said);
     return check_report();
 }

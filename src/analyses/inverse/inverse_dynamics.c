@@ -42,6 +42,14 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
         const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
         v->left_out[r] = kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(s->model, closure->motion);
     }
+    for (int k = 0; k < s->load_row_count; k++)
+        if (v->left_out[s->load_rows[k]]) {
+            kmp_inverse_free(v);
+            return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                            "inverse dynamics: a force depends on the multiplier of '%s', a drive or a lock, which has "
+                            "none here because actuators have its force; simulate the model with its drives",
+                            kmp_model_closure(s->model, s->rows[s->load_rows[k]].closure)->name);
+        }
     return KEMPE_OK;
 }
 
