@@ -8,6 +8,7 @@
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/closure.h"
+#include "model/data/closure_table.h"
 #include "symbolic/table_function.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
@@ -94,11 +95,29 @@ static void with_states_in_a_loop(void)
     as_drives_of(load_text(text), "states in a loop", 1.5);
 }
 
+/* Of six rows of rank two other rows are kept as the mechanism turns: the rows of one place become dependent. */
+static void other_rows_are_kept(void)
+{
+    loaded m = load("examples/bennett/bennett.yaml");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_options){.t_end = 4, .output_step = 0.1}, KEMPE_OK);
+    kempe_trajectory *t = simulate(&m, 4, 0.1, 1e-10);
+    int motor = m.system->m - 1;
+    while (motor > 0 && !kmp_closure_is_drive(kmp_model_closure(m.model, m.system->rows[motor].closure)))
+        motor--;
+    CHECK(r && t && r->rows == kempe_trajectory_row_count(t));
+    for (int row = 0; r && t && row < r->rows; row++)
+        CHECK_NEAR(tau_at(r, row)[0], kempe_trajectory_lambda(t, row)[motor], 1e-10);
+    kempe_trajectory_free(t);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
 static void efforts_are_the_multipliers_of_drives(void)
 {
     as_drives("examples/driven_slider_crank/driven_slider_crank.yaml", 2);
     as_drives("examples/stewart/driven.yaml", 1);
     with_states_in_a_loop();
+    other_rows_are_kept();
 }
 
 /* -- closed forms ------------------------------------------------------------------------------------ */

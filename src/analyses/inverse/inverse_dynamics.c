@@ -2,6 +2,7 @@
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "analyses/inverse/inverse_dynamics.h"
+#include "analyses/inverse/kept_rows.h"
 #include "analyses/parts/closed_state.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
@@ -77,7 +78,7 @@ static bool tangent_is_good(kmp_inverse *v)
     for (int k = 0; v->part.r < v->m && k < v->p; k++)
         if (!(kmp_reduction_slip(&v->red, k, v->left_out) * v->system->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT))
             return false;
-    return true;
+    return v->part.r == v->m || kmp_keeps_rows_well(&v->red, v->left_out, v->rest, v->lambda);
 }
 
 static kempe_status make_tangent(kmp_inverse *v, double t)
