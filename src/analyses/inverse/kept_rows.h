@@ -4,6 +4,6 @@
 
 #include "constraints/partition/reduction.h"
 
-/** True if the rows that a reduction keeps determine the dropped ones well, as runs judge it (kmp_dropped_judge), but
- * for those of `left_out`. It has factors. `force` (n), `rows` (m): scratch. */
+/** True if the rows that a reduction keeps determine the dropped ones well, as runs judge it (kmp_dropped_judge);
+ * rows of `left_out` do not count. It has factors. `force` (n), `rows` (m): scratch. */
 bool kmp_keeps_rows_well(kmp_reduction *red, const bool *left_out, double *force, double *rows);
