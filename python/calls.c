@@ -80,6 +80,21 @@ static bool begins(python_call *call)
     return call->plain && !call->busy;
 }
 
+/* False for a masked array, whose buffer has numbers where it has none. The last type without masks is kept. */
+static bool has_all_numbers(PyObject *array)
+{
+    static PyObject *known;
+    PyObject *type = (PyObject *)Py_TYPE(array);
+    if (type == known)
+        return true;
+    if (PyObject_HasAttrString(type, "filled"))
+        return false;
+    Py_INCREF(type);
+    Py_XDECREF(known);
+    known = type;
+    return true;
+}
+
 /* The next array, of `count` numbers; NULL for None. */
 static double *doubles(python_call *call, Py_ssize_t count, int writable)
 {
@@ -87,7 +102,7 @@ static double *doubles(python_call *call, Py_ssize_t count, int writable)
     Py_buffer *view = call->views + call->count;
     if (array == Py_None)
         return NULL;
-    if (PyObject_GetBuffer(array, view, PyBUF_ND | PyBUF_FORMAT | writable)) {
+    if (!has_all_numbers(array) || PyObject_GetBuffer(array, view, PyBUF_ND | PyBUF_FORMAT | writable)) {
         PyErr_Clear();
         call->plain = false;
         return NULL;

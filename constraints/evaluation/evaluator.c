@@ -17,6 +17,7 @@
 #include "constraints/evaluation/validity.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
+#include "model/data/closure_table.h"
 #include "model/data/force.h"
 #include "model/data/output_table.h"
 #include "model/data/state.h"
@@ -290,6 +291,20 @@ void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const 
         change[eval->late[k]] = late[k];
     eval->solved[0] = now + events->count;
     eval->solved[1] = late ? late + eval->late_count : NULL;
+}
+
+void kmp_eval_show_friction(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                            double *lambda, double *change)
+{
+    const kempe_system *s = eval->system;
+    kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, change);
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
+        const kmp_force *force = kmp_closure_is_friction(closure) ? kmp_model_force(s->model, closure->force) : NULL;
+        for (int k = 0; k < s->events.count && force; k++)
+            if (s->events.condition[k].role == KMP_ROLE_GIVEN && s->events.condition[k].of == force)
+                lambda[r] = change[k];
+    }
 }
 
 void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd)

@@ -189,6 +189,11 @@ const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, c
 void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                           const double *lambda, double *change);
 
+/** Puts the friction of all elements that stick or slip in place of the multipliers of their rows, where outputs and
+ * loads read it. `change`: as of kmp_eval_all_changes, whose values it has then. */
+void kmp_eval_show_friction(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                            double *lambda, double *change);
+
 /** Fixes the conditions as they are at (t, q, qd) for all later states, until `frozen` is cleared. kmp_eval_set_mode
  * changes a fixed one. */
 void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd);

@@ -123,7 +123,7 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
                                KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
                                KMP_ROOM(double, n + m, &ws->answer, &ws->row), KMP_ROOM(int, m, &ws->closure_rows),
                                KMP_ROOM(bool, m, &ws->of_modes), KMP_ROOM(double, m, &ws->share),
-                               KMP_ROOM(double, system->events.count, &ws->friction.mode),
+                               KMP_ROOM(double, system->events.count, &ws->friction.mode, &ws->change),
                                KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
     /* The rows and coordinates of the start; none if it cannot be assembled. */
     if (made && status == KEMPE_OK && !a->inner_q) {
@@ -368,6 +368,13 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kmp_workspace_check_finite(ws, "the acceleration of", kmp_workspace_coordinate_name, ws->n, qdd));
+    if (ws->system->load_row_count > 0) {
+        (void)kmp_workspace_fail(ws,
+                                 "inverse dynamics of the open tree: a force depends on the multiplier of constraint "
+                                 "equation '%s', which is not known there: name actuators, whose forces have it",
+                                 ws->system->row_names[ws->system->load_rows[0]]);
+        return KEMPE_E_ARGUMENT;
+    }
     KMP_TRY(evaluate(ws, t, q, qd, NULL));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
     kmp_eval_add_mass_times(ws->eval, qdd, ws->answer);
@@ -532,6 +539,14 @@ void kmp_workspace_put_answer(const kempe_workspace *ws, double *qdd, double *la
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
+/* The same with the force of friction that slips, as in rows of runs. */
+static void put_forces(kempe_workspace *ws, double *qdd, double *lambda)
+{
+    kmp_workspace_put_answer(ws, qdd, lambda);
+    if (lambda && ws->closure_count < ws->m)
+        kmp_eval_show_friction(ws->eval, ws->t, ws->q, ws->qd, ws->answer, lambda, ws->change);
+}
+
 kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, bool *reduced)
 {
     kmp_eval_set_effort(ws->eval, Q);
@@ -559,12 +574,12 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kmp_workspace_require_decisions(ws, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
-        kmp_workspace_put_answer(ws, qdd, lambda);
+        put_forces(ws, qdd, lambda);
         return KEMPE_OK;
     }
     bool reduced;
     KMP_TRY(kmp_workspace_solve(ws, t, q, qd, Q, &reduced));
-    kmp_workspace_put_answer(ws, qdd, lambda);
+    put_forces(ws, qdd, lambda);
     return KEMPE_OK;
 }
 
@@ -752,7 +767,7 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
     if (!in->out) {
         bool reduced;
         KMP_TRY(kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
-        kmp_workspace_put_answer(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+        put_forces(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
         return KEMPE_OK;
     }
     /* Writes the rows of a state from the evaluator. */

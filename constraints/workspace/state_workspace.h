@@ -53,6 +53,7 @@ struct kempe_workspace {
     double *trial;                             /* n: q while closing */
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
     double *row;                               /* n, or m: a row of J, or rates of the rows */
+    double *change;                            /* of each condition */
     double *share;                             /* m: parts of the kept rows in a dropped one */
     bool *hold;                                /* n */
     int *closure_rows, closure_count;          /* m; rows that belong to no friction and no contact */

@@ -64,14 +64,14 @@ KEMPE_API int kempe_workspace_name_count(const kempe_workspace *workspace);
 KEMPE_API int kempe_workspace_output_count(const kempe_workspace *workspace);
 KEMPE_API const char *kempe_workspace_output_name(const kempe_workspace *workspace, int k);
 
-/** Accelerations qdd (n), multipliers lambda (m; NULL: not required) and their exact derivatives, for the present
- * inputs and conditions of the model. In a workspace made with "stick", friction and contacts keep the modes that they
- * have at the state (kempe_workspace_mode). Only the loops count for the independent coordinates. Friction
- * that shares its load with others at rest keeps its force. Forces that depend on multipliers change with these. A
- * user-defined force is differentiated by differences. After
- * kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared, or t is not finite. KEMPE_E_FAILED,
- * with the reason: as kempe_workspace_forward_dynamics; derivatives by u are requested where u does not describe the
- * motion, or where the loops are open. */
+/** Accelerations qdd (n), multipliers lambda (m; NULL: not required; zero in rows of friction that slips, whose force
+ * is the output force(NAME)) and their exact derivatives, for the present inputs and conditions of the model. In a
+ * workspace made with "stick", friction and contacts keep the modes that they have at the state (kempe_workspace_mode).
+ * Only the loops count for the independent coordinates. Friction that shares its load with others at rest keeps its
+ * force. Forces that depend on multipliers change with these. A user-defined force is differentiated by differences.
+ * After kempe_workspace_add_derivatives; no allocation. KEMPE_E_ARGUMENT: not prepared, or t is not finite.
+ * KEMPE_E_FAILED, with the reason: as kempe_workspace_forward_dynamics; derivatives by u are requested where u does not
+ * describe the motion, or where the loops are open. */
 KEMPE_API kempe_status kempe_workspace_forward_derivatives(kempe_workspace *workspace, double t, const double *q,
                                                            const double *qd, const double *Q, double *qdd,
                                                            double *lambda, const kempe_workspace_derivatives *out);

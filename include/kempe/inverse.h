@@ -92,9 +92,9 @@ KEMPE_API int kempe_workspace_actuator_count(const kempe_workspace *workspace);
  * accelerations qdd (n), through the loops. The sum of weight tau^2 is
  * the least possible, with forces in N times the characteristic length of the system. Dependent accelerations
  * follow from the independent ones, and are not read. Rows of drives and locks do not act: their forces are the
- * actuators'. `lambda` (m; NULL: not required): the multipliers. KEMPE_E_ARGUMENT: there are no actuators.
- * KEMPE_E_FAILED, with the reason: the loops are open or singular; the actuators cannot produce the accelerations, and
- * tau is the least-squares solution. No allocation while the independent coordinates serve. */
+ * actuators'. `lambda` (m; NULL: not required): the multipliers; of friction that slips its force. KEMPE_E_ARGUMENT:
+ * there are no actuators. KEMPE_E_FAILED, with the reason: the loops are open or singular; the actuators cannot produce
+ * the accelerations, and tau is the least-squares solution. No allocation while the independent coordinates serve. */
 KEMPE_API kempe_status kempe_workspace_actuator_forces(kempe_workspace *workspace, double t, const double *q,
                                                        const double *qd, const double *qdd, double *tau,
                                                        double *lambda);

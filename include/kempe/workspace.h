@@ -106,13 +106,14 @@ KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
 
 /** Generalized forces that the tree needs for qdd: Q = M qdd + C (n; N m or N), in addition to the model's forces.
- * Loops count as open. */
+ * Loops count as open. KEMPE_E_ARGUMENT: a force depends on multipliers, which kempe_workspace_actuator_forces has. */
 KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *qdd, double *Q);
 
-/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; NULL: not required) under the model's
- * forces and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass.
- * KEMPE_E_ARGUMENT: the model has rigid contacts, and the workspace was made without "stick". */
+/** Accelerations qdd (n) and multipliers lambda (m; zero for redundant rows; of friction that slips its force, as in
+ * rows of runs; NULL: not required) under the model's forces and the generalized forces Q (n; NULL: none).
+ * KEMPE_E_FAILED, outputs untouched: a motion carries no mass. KEMPE_E_ARGUMENT: the model has rigid contacts, and the
+ * workspace was made without "stick". */
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
 

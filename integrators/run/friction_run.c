@@ -697,14 +697,6 @@ kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, d
 
 void kmp_friction_show(kmp_runner *run, double t, double *row)
 {
-    const kempe_system *s = run->s;
-    kmp_friction_run *x = run->sticking.friction;
-    double *lambda = row + 3 * s->n;
-    kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
-    for (int r = 0; r < s->m; r++) {
-        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
-        for (int i = 0; i < x->count && kmp_closure_is_friction(closure); i++)
-            if (force_of(run, &x->element[i]) == kmp_model_force(s->model, closure->force))
-                lambda[r] = kmp_friction_at(x, &x->element[i], KMP_ROLE_GIVEN);
-    }
+    const int n = run->s->n;
+    kmp_eval_show_friction(run->eval, t, row, row + n, row + 2 * n, row + 3 * n, run->sticking.friction->change);
 }

@@ -44,12 +44,19 @@ def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -
     return np.frombuffer(memoryview(memory).toreadonly()).reshape(shape, order=order)
 
 
+def unmasked(values: Any) -> Any:
+    """Values as an array; the masked ones of a masked array are unknown, NaN."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    return values.astype(np.float64).filled(np.nan) if np.ma.is_masked(values) else values.data
+
+
 def numbers(values: Any, name: str) -> Array:
     """Numbers as a contiguous array of float64; an error has the name of the argument."""
     if isinstance(values, Mapping):
         raise TypeError(f"{name} is an array of numbers, not a mapping of names")
     try:
-        given = np.asarray(values)
+        given = unmasked(values)
         if given.dtype.kind in "US" or given.dtype.kind == "O" and any(each is None for each in given.flat):
             raise TypeError
         if given.dtype.kind != "c":
@@ -147,5 +154,5 @@ def by_name(rows: Any, names: tuple[str, ...]) -> Any:
     missing = [name for name in names if name not in have]
     if missing:
         raise ArgumentError(f"there is no column '{missing[0]}'; there are {', '.join(have)}")
-    columns = [np.asarray(rows[name], dtype=float) for name in names]
+    columns = [np.asarray(unmasked(rows[name]), dtype=float) for name in names]
     return np.stack(columns, axis=-1) if columns else np.empty((len(rows), 0))

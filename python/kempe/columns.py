@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
 
-from .arrays import Array
+from .arrays import Array, unmasked
 from .errors import ArgumentError
 from .lazy import np
 from .table import column_name
@@ -96,12 +96,12 @@ def _split(name: Any, what: str) -> tuple[str, str]:
 def _sampled(what: str, name: str, function: Callable[[float], Any], t: Any) -> Any:
     if t is None or callable(t):
         raise ArgumentError(f"{what}: '{name}' is a function of t; the times at which it is taken are needed as the column t")
-    return [function(float(time)) for time in np.asarray(t, dtype=float)]
+    return [function(float(time)) for time in np.asarray(unmasked(t), dtype=float)]
 
 
 def _array(what: str, name: str, values: Any, words: bool) -> Any:
     """A column of numbers, or columns of vectors."""
-    array = np.asarray(values)
+    array = values = unmasked(values)
     if array.dtype.kind in "US" or (array.dtype.kind == "O" and any(isinstance(each, str) for each in array.flat)):
         if words:
             return array.astype(str)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import Array, vector
+from .arrays import Array, numbers, vector
 from .context import Owned, string
 from .lazy import np
 from .options import unknown
@@ -64,7 +64,7 @@ class Flow(Owned):
                     raise KeyError(unknown("variable", name, self.variables))
                 given[self.variables.index(name)] = value
         elif variables is not None:
-            given = np.array(variables, dtype=float)
+            given = numbers(variables, "variables")
         values = np.empty((*self._times, len(self.names)))
         jacobian = np.empty((*values.shape, len(self.variables)))
         status, message = self._context.guarded(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
-from .arrays import Array, numbers, real
+from .arrays import Array, numbers, real, unmasked
 from .errors import ArgumentError
 from .lazy import np
 from .options import unknown
@@ -25,7 +25,7 @@ def start_row(what: str, given: Start | None, names: tuple[str, ...], states: tu
     if not isinstance(given, Mapping):
         index = getattr(given, "index", None)
         if index is not None and not callable(index) and all(isinstance(name, str) for name in index):
-            given = dict(zip(index, np.asarray(given)))
+            given = dict(zip(index, unmasked(given)))
     if isinstance(given, Mapping):
         return _named(what, given, names, states)
     if isinstance(given, str):

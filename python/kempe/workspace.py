@@ -48,7 +48,8 @@ _from_buffer = ffi.from_buffer
 
 
 class Accelerations(NamedTuple):
-    """qdd: accelerations (n; rad/s^2 or m/s^2); lam: multipliers (m; N or N m). Or rows of them."""
+    """qdd: accelerations (n; rad/s^2 or m/s^2); lam: multipliers (m; N or N m), with the force of friction that slips in its
+    rows, as in rows of runs. Or rows of them."""
 
     qdd: Array
     lam: Array
@@ -65,7 +66,8 @@ class Equations(NamedTuple):
 
 
 class Derivatives(NamedTuple):
-    """Accelerations and multipliers at a state, and their derivatives: qdd_q is n x n with d qdd_i / d q_j in row i."""
+    """Accelerations and multipliers at a state, and their derivatives: qdd_q is n x n with d qdd_i / d q_j in row i. Friction
+    that slips is zero in lam here: its force is an output."""
 
     qdd: Array
     lam: Array
@@ -974,8 +976,8 @@ class Workspace(Owned):
         weights are 1 by default. Dependent accelerations follow from the independent ones, and are not read.
 
         Raises FailedError if the loops are open or the actuators cannot produce the accelerations. Raises ArgumentError if there is no
-        such coordinate, a weight is not positive, or weights are given without actuators. Raises ValueError if an array has another
-        shape. Raises TypeError if its entries are not numbers.
+        such coordinate, a weight is not positive, or weights are given without actuators. Raises it without actuators, too, where a
+        force depends on multipliers, such as friction by a load. Raises ValueError if an array has another shape. Raises TypeError if its entries are not numbers.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.inverse_dynamics(0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]).shape

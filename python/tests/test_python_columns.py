@@ -79,6 +79,27 @@ def test_units_gaps_and_vectors(four_bar, measured):
     assert list(columns_of("data", points))[1:] == [f"position.coupler.C.{axis}" for axis in "xyz"]
 
 
+def test_masked_numbers_are_unknown(four_bar, measured):
+    """The data below a mask is not measured: files of some formats are read as masked arrays."""
+    gaps, mask = measured.q[:, 2].copy(), np.zeros(len(measured), dtype=bool)
+    gaps[3], mask[3] = 1e3, True
+    found = four_bar.fit(data={"t": measured.t, "q(rocker)": np.ma.array(gaps, mask=mask)}, **ASK)
+    assert found.columns["count"][0] == len(measured) - 1 and found.values["crank_mass"] == pytest.approx(2, abs=1e-6)
+    whole = four_bar.fit(data={"t": np.ma.array(measured.t), "q(rocker)": np.ma.array(measured.q[:, 2])}, **ASK)
+    assert whole.columns["count"][0] == len(measured)
+    with pytest.raises(ValueError, match="the time of row 3 is nan"):
+        four_bar.fit(data={"t": np.ma.array(measured.t, mask=mask), "q(rocker)": measured.q[:, 2]}, **ASK)
+    workspace, q = four_bar.system().workspace(), np.ma.array(measured.q[0], mask=[False, True, False])
+    for call in (workspace.evaluate, workspace.forward_dynamics):
+        assert np.array_equal(call(0.0, np.ma.array(measured.q[0]), measured.qd[0])[0], call(0.0, measured.q[0], measured.qd[0])[0])
+        with pytest.raises(kempe.FailedError, match="not finite"):
+            call(0.0, q, measured.qd[0])
+    with pytest.raises(ValueError, match="q of 'coupler' is nan"):
+        four_bar.simulate(q=q)
+    with pytest.raises((kempe.ArgumentError, kempe.FailedError), match="nan|not finite"):
+        four_bar.flow(0.1, variables="crank", outputs="q(rocker)")(np.ma.array([0.3], mask=[True]))
+
+
 def test_motions(four_bar, tmp_path):
     system, path = four_bar.system(), tmp_path / "motion.csv"
     run = four_bar.simulate(t_end=0.5, output_step=0.05)

@@ -5,6 +5,7 @@
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/workspace.h>
 #include <math.h>
@@ -209,10 +210,10 @@ static void workspace_on_an_incline(void)
         const char *friction;
         double qd, Q, qdd, lambda;
     } cases[] = {{"stick", 0, 0, 0, 3.35521760602481027},
-                 {"stick", 0, 8, 8 - 3.35521760602481027 - 4.60919230495488062, 0},
+                 {"stick", 0, 8, 8 - 3.35521760602481027 - 4.60919230495488062, -4.60919230495488062},
                  {"stick", 0, 7.9, 0, 3.35521760602481027 - 7.9},
-                 {"stick", 1, 0, -3.35521760602481027 - 4.60919230495488062, 0},
-                 {"slip", 1, 0, -3.35521760602481027 - 4.60919230495488062, 0},
+                 {"stick", 1, 0, -3.35521760602481027 - 4.60919230495488062, -4.60919230495488062},
+                 {"slip", 1, 0, -3.35521760602481027 - 4.60919230495488062, -4.60919230495488062},
                  {"slip", 0, 0, -3.35521760602481027, 0},
                  {"none", 1, 0, -3.35521760602481027, 0}};
     loaded l = load("tests/models/friction_incline.yaml");
@@ -222,6 +223,13 @@ static void workspace_on_an_incline(void)
         CHECK(ws && kempe_workspace_forward_dynamics(ws, 0, &q, &cases[k].qd, &cases[k].Q, &qdd, &lambda) == KEMPE_OK);
         CHECK_NEAR(qdd, cases[k].qdd, 1e-12);
         CHECK_NEAR(lambda, cases[k].lambda, 1e-12);
+        /* Outputs at the state read the friction there. */
+        kempe_outputs *outputs = NULL;
+        double shown = NAN;
+        CHECK(kempe_outputs_new(l.system, "force(rub)", &outputs) == KEMPE_OK);
+        CHECK(kempe_outputs_at_state(outputs, 0, &q, &cases[k].qd, &qdd, &lambda, &shown) == KEMPE_OK);
+        CHECK_NEAR(shown, cases[k].lambda, 1e-12);
+        kempe_outputs_free(outputs);
         double qd = 1;
         CHECK(kempe_workspace_close(ws, 0, &q, &qd, NULL) == KEMPE_OK && qd == 1);
         CHECK(kempe_workspace_closure_row_count(ws) == 0);

@@ -8,7 +8,9 @@
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/closure.h"
+#include "model/data/closure_table.h"
 #include "symbolic/table_function.h"
+#include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <kempe/workspace.h>
 #include <stdbool.h>
@@ -93,11 +95,29 @@ static void with_states_in_a_loop(void)
     as_drives_of(load_text(text), "states in a loop", 1.5);
 }
 
+/* Of six rows of rank two other rows are kept as the mechanism turns: the rows of one place become dependent. */
+static void other_rows_are_kept(void)
+{
+    loaded m = load("examples/bennett/bennett.yaml");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_options){.t_end = 4, .output_step = 0.1}, KEMPE_OK);
+    kempe_trajectory *t = simulate(&m, 4, 0.1, 1e-10);
+    int motor = m.system->m - 1;
+    while (motor > 0 && !kmp_closure_is_drive(kmp_model_closure(m.model, m.system->rows[motor].closure)))
+        motor--;
+    CHECK(r && t && r->rows == kempe_trajectory_row_count(t));
+    for (int row = 0; r && t && row < r->rows; row++)
+        CHECK_NEAR(tau_at(r, row)[0], kempe_trajectory_lambda(t, row)[motor], 1e-10);
+    kempe_trajectory_free(t);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
 static void efforts_are_the_multipliers_of_drives(void)
 {
     as_drives("examples/driven_slider_crank/driven_slider_crank.yaml", 2);
     as_drives("examples/stewart/driven.yaml", 1);
     with_states_in_a_loop();
+    other_rows_are_kept();
 }
 
 /* -- closed forms ------------------------------------------------------------------------------------ */
@@ -387,6 +407,86 @@ static void reactions_are_the_outputs(void)
     unload(&m);
 }
 
+/* Friction that slips along a line between an arm and the ground: its multiplier is its force, and the hinge carries
+ * it. It does not count as a redundant closure. */
+static void friction_by_hand(void)
+{
+    loaded m = load_text(
+        "kempe: 1\nground: {points: {W: [0.5, 0.4, 0]}}\nbodies:\n"
+        "  arm: {joint: {name: A, revolute: z, at: ground}, mass: 2, com: [0.3, 0, 0], inertia: {zz: 0.1}, points: {S: "
+        "[0.4, 0.1, 0]}}\n"
+        "forces: {rope: {sliding: 'distance(arm.S, ground.W)', friction: {force: 5}}}\n"
+        "drives: {d: {joint: A, angle: 0.2 + 3*t}}\nrun: {t_end: 2, output_step: 0.1}\n");
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    kempe_table *rows = NULL;
+    char *text = NULL;
+    CHECK(r && kempe_inverse_table(r, "rows", &rows) == KEMPE_OK);
+    const int column = kempe_table_find(rows, "reaction.A.x");
+    CHECK(column > 0);
+    for (int row = 0; r && row < r->rows; row++) {
+        const double angle = 0.2 + 3 * r->t[row], c = cos(angle), s = sin(angle);
+        const double place[2] = {0.4 * c - 0.1 * s, 0.4 * s + 0.1 * c};
+        const double way[2] = {place[0] - 0.5, place[1] - 0.4}, size = hypot(way[0], way[1]);
+        const double rate = 3 * (way[1] * place[0] - way[0] * place[1]) / size, pull = rate > 0 ? -5 : 5;
+        const double force[2] = {pull * way[0] / size, pull * way[1] / size};
+        CHECK_NEAR(lambda_at(r, row)[0], pull, 1e-14);
+        CHECK_NEAR(tau_at(r, row)[0], -(place[0] * force[1] - place[1] * force[0]), 1e-13);
+        CHECK_NEAR(kempe_table_number(rows, row, column), -2 * 9 * 0.3 * c - force[0], 1e-12);
+        CHECK_NEAR(kempe_table_number(rows, row, column + 1), -2 * 9 * 0.3 * s - force[1], 1e-12);
+    }
+    CHECK(r && kempe_inverse_print(r, KEMPE_TEXT, &text) == KEMPE_OK && !strstr(text, "redundant"));
+    kempe_text_free(text);
+    kempe_table_free(rows);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
+/* Friction by the load of a joint of the tree: the joint carries its load itself, no actuator does. A sledge on a
+ * guide: m a + mu m g against its motion. */
+static void friction_by_a_load(void)
+{
+    loaded m =
+        load_text("kempe: 1\ngravity: [0, 0, -10]\nbodies: {sledge: {joint: {name: s, prismatic: x, at: ground}, "
+                  "mass: 2}}\nforces: {rub: {joint: s, friction: {mu: 0.3}}}\n"
+                  "drives: {d: {joint: s, displacement: 0.5*sin(2*t)}}\nrun: {t_end: 3, output_step: 0.1}\n");
+    kempe_inverse *r = invert(&m, NULL, KEMPE_OK);
+    kempe_check *check = NULL;
+    char *text = NULL;
+    CHECK(kempe_check_new(m.system, &check) == KEMPE_OK && kempe_check_print(check, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "driven by 'd'\n"));
+    kempe_text_free(text);
+    kempe_check_free(check);
+    CHECK(r && r->a == 1 && kempe_inverse_dof(r) == 1);
+    for (int row = 0; r && row < r->rows; row++) {
+        const double t = r->t[row], rub = cos(2 * t) > 0 ? 6 : -6;
+        CHECK_NEAR(tau_at(r, row)[0], -4 * sin(2 * t) + rub, 1e-12);
+    }
+    kempe_inverse_free(r);
+    /* At a state an open tree does not have the load; the actuator does. */
+    kempe_workspace *ws = NULL;
+    const char *const name = "s";
+    const double q[3] = {0}, qd[3] = {0, 0, 1}, qdd[3] = {0, 0, 1.5};
+    double tau = NAN, force[3];
+    CHECK(m.system->n == 3 && kempe_workspace_new_with_friction(m.system, "slip", &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_inverse_dynamics(ws, 0, q, qd, qdd, force) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_workspace_message(ws), "a force depends on the multiplier of constraint equation 's_load1.1'"));
+    kempe_workspace_free(ws);
+    unload(&m);
+    m = load_text("kempe: 1\ngravity: [0, 0, -10]\nbodies: {sledge: {joint: {name: s, prismatic: x, at: ground}, mass: "
+                  "2}}\nforces: {rub: {joint: s, friction: {mu: 0.3}}}\nstart: {qd: {s: 1}}\n");
+    CHECK(kempe_workspace_new_with_friction(m.system, "slip", &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_actuators(ws, 1, &name, NULL) == KEMPE_OK);
+    CHECK(kempe_workspace_actuator_forces(ws, 0, q, qd, qdd, &tau, NULL) == KEMPE_OK);
+    CHECK_NEAR(tau, 2 * 1.5 + 6, 1e-12);
+    kempe_workspace_free(ws);
+    r = invert(&m, &(kempe_inverse_options){.actuators = "s"}, KEMPE_OK); /* of the start: there is no drive */
+    CHECK(r && r->motion == KMP_INVERSE_START);
+    if (r)
+        CHECK_NEAR(tau_at(r, 0)[0], 6, 1e-12);
+    kempe_inverse_free(r);
+    unload(&m);
+}
+
 /* -- more and fewer actuators than freedoms ---------------------------------------------------------- */
 
 /* The conditions of least norm as one system: W tau = S' mu, J mu = 0, S tau + J' lambda = M qdd + C. */
@@ -513,6 +613,23 @@ static void expect_table_failure(const loaded *m, const char *text, kempe_status
     unlink(path);
 }
 
+/* Actuators have the forces of drives: a force that depends on the multiplier of a drive is not known. */
+static void loads_of_drives(void)
+{
+    loaded m = load_text("kempe: 1\nbodies:\n  a: {joint: {name: x, prismatic: x, at: ground}, mass: 2}\n"
+                         "  b: {joint: {name: y, prismatic: y, at: a}, mass: 1}\n"
+                         "drives: {d: {joint: x, displacement: sin(2*t)}, e: {joint: y, displacement: sin(3*t)}}\n"
+                         "forces: {f: {joint: y, force: 0.5*lambda(d)}}\nrun: {t_end: 1}\n");
+    const char *const name = "y";
+    kempe_workspace *ws = NULL;
+    expect_failure(&m, NULL, KEMPE_E_ARGUMENT, "a force depends on the multiplier of 'd', a drive or a lock");
+    CHECK(kempe_workspace_new(m.system, &ws) == KEMPE_OK);
+    CHECK(kempe_workspace_add_actuators(ws, 1, &name, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_workspace_message(ws), "a force depends on the multiplier of 'd', a drive or a lock"));
+    kempe_workspace_free(ws);
+    unload(&m);
+}
+
 static void what_is_wrong_is_said(void)
 {
     loaded m = load_four_bar("");
@@ -560,9 +677,12 @@ int main(void)
     TEST(the_platform_comes_back);
     TEST(known_efforts_come_back);
     TEST(reactions_are_the_outputs);
+    TEST(friction_by_hand);
+    TEST(friction_by_a_load);
     TEST(least_norm_by_one_dense_system);
     TEST(too_few_actuators_are_reported);
     TEST(out_of_reach_of_the_actuator);
+    TEST(loads_of_drives);
     TEST(what_is_wrong_is_said);
     return check_report();
 }

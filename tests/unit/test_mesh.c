@@ -180,6 +180,41 @@ static void inward(void)
     kmp_text_free(&why);
 }
 
+/* A copy of the surface at a distance, of another size, whose triangles face inwards. */
+static void add_turned(double scale, double aside)
+{
+    const int vertices = made.mesh.vertex_count, triangles = made.mesh.triangle_count;
+    for (int k = 0; k < vertices; k++) {
+        const double *x = made.vertex[k];
+        add_vertex(scale * x[0] + aside, scale * x[1], scale * x[2]);
+    }
+    for (int k = 0; k < triangles; k++) {
+        const int *t = made.triangle[k];
+        add_triangle(vertices + t[1], vertices + t[0], vertices + t[2]);
+    }
+}
+
+/* A part whose triangles face inwards is a hollow in another part; one apart from all others is inside out. */
+static void parts_of_a_mesh(void)
+{
+    double cylinder[2][2] = {{0.2, -0.5}, {0.2, 0.5}};
+    kmp_mesh_volume whole, v;
+    kmp_text why = {0};
+    revolve(2, cylinder);
+    CHECK(kmp_mesh_enclose(&made.mesh, &whole, &why));
+    add_turned(0.5, 0.02);
+    CHECK(kmp_mesh_enclose(&made.mesh, &v, &why) && !v.inward);
+    CHECK_NEAR(v.volume / whole.volume, 1 - 0.125, 1e-11);
+    static const double scales[] = {0.5, 1, 2};
+    for (int k = 0; k < 3; k++) {
+        revolve(2, cylinder);
+        add_turned(scales[k], 1);
+        CHECK(!kmp_mesh_enclose(&made.mesh, &v, &why));
+        CHECK(why.s && strstr(why.s, "face the other way than the rest: the part is inside out"));
+        kmp_text_free(&why);
+    }
+}
+
 /* -- thinned ----------------------------------------------------------------------------------------- */
 
 /* All vertices stay near the capsule, and the corners of a block where they are. */
@@ -252,6 +287,7 @@ int main(void)
     TEST(formats);
     TEST(closed_forms);
     TEST(inward);
+    TEST(parts_of_a_mesh);
     TEST(thinned);
     TEST(thinned_block);
     return check_report();

@@ -180,6 +180,64 @@ static void slip_counts_at_its_state(void)
 }
 
 /* `check` sees forces that are not finite at the start, also where it examines a model without its forces. */
+#define ARM                                                                                                            \
+    "kempe: 1\ngravity: [0, -10, 0]\nground: {points: {W: [0.5, 0.4, 0], V: [0.5, -0.9, 0]}}\n"                        \
+    "bodies: {arm: {joint: {name: A, revolute: z, at: ground}, mass: 2, com: [0.3, 0, 0], inertia: {zz: 0.1}, "        \
+    "points: {S: [0.4, 0.1, 0], T: [0.2, -0.1, 0]}}}\n"
+
+static double of_table(const kempe_equilibrium *e, const char *name, const char *column)
+{
+    kempe_table *table = NULL;
+    CHECK(e && kempe_equilibrium_table(e, name, &table) == KEMPE_OK);
+    double value = kempe_table_number(table, 0, kempe_table_find(table, column));
+    kempe_table_free(table);
+    return value;
+}
+
+/* The reaction of the hinge of an arm, whose weight is 20 N, with forces along lines from W to S and from V to T. */
+static void check_hinge(const kempe_equilibrium *e, double first, double second)
+{
+    const double angle = of_table(e, "equilibria", "q.A"), c = cos(angle), s = sin(angle);
+    const double a[2] = {0.4 * c - 0.1 * s - 0.5, 0.4 * s + 0.1 * c - 0.4};
+    const double b[2] = {0.2 * c + 0.1 * s - 0.5, 0.2 * s - 0.1 * c + 0.9};
+    const char *const columns[] = {"force.x", "force.y"};
+    for (int k = 0; k < 2; k++) {
+        double force = first * a[k] / hypot(a[0], a[1]) + second * b[k] / hypot(b[0], b[1]);
+        CHECK_NEAR(of_table(e, "reactions", columns[k]), (k ? 20 : 0) - force, 1e-11);
+    }
+}
+
+/* Joints carry friction: of elements that share a load at rest, and of one whose surfaces slide as time passes, which
+ * holds no set of states. */
+static void joints_carry_friction(void)
+{
+    loaded l = load_text(ARM "forces:\n"
+                             "  one: {sliding: 'distance(arm.S, ground.W)', friction: {force: 50}}\n"
+                             "  two: {sliding: 'distance(arm.T, ground.V)', friction: {force: 30}}\n");
+    kempe_equilibrium *e = find(&l, (kempe_equilibrium_options){.stick = 1});
+    const double one = of_table(e, "equilibria", "lambda.one.1"), two = of_table(e, "equilibria", "lambda.two.1");
+    CHECK(one < -1 && two > 1);
+    check_force(e, 0, one, 50);
+    check_force(e, 1, two, 30);
+    check_hinge(e, one, two);
+    kempe_equilibrium_free(e);
+    unload(&l);
+    l = load_text(ARM "forces:\n"
+                      "  one: {sliding: 'distance(arm.S, ground.W) + 0.5*t', friction: {force: 5}}\n"
+                      "  spring: {joint: A, torque: -20*q(A)}\n");
+    for (int stick = 0; stick < 2; stick++) {
+        kempe_table *rest = NULL;
+        e = find(&l, (kempe_equilibrium_options){.stick = stick});
+        CHECK_NEAR(of_table(e, "equilibria", "q.A"), -0.19518783339026627, 1e-12); /* by SciPy */
+        CHECK_NEAR(of_table(e, "equilibria", "lambda.one.1"), -5, 1e-14);
+        check_hinge(e, -5, 0);
+        CHECK(kempe_equilibrium_table(e, "rest", &rest) == KEMPE_OK && kempe_table_row_count(rest) == 0);
+        kempe_table_free(rest);
+        kempe_equilibrium_free(e);
+    }
+    unload(&l);
+}
+
 static void check_sees_forces(void)
 {
     const char *const also[] = {"", "  rub: {joint: x, friction: {force: 3}}\n"};
@@ -207,6 +265,7 @@ int main(void)
     TEST(springs_are_held);
     TEST(small_motions_leave_stuck_places);
     TEST(slip_counts_at_its_state);
+    TEST(joints_carry_friction);
     TEST(check_sees_forces);
     return check_report();
 }

@@ -235,11 +235,11 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
         if (!f->view[i].contact)
             b->friction[b->friction_count++] = f->view[i];
     memcpy(b->lambda, f->lambda, (size_t)s->m * sizeof *b->lambda);
-    KMP_TRY(kmp_balance_add_loads(e, l, f->lambda, b));
     for (int r = 0; r < s->m; r++)
         for (int i = 0; i < f->count; i++)
             if (!f->view[i].contact && s->rows[r].closure == f->view[i].element->closure)
                 b->lambda[r] = f->view[i].force;
+    KMP_TRY(kmp_balance_add_loads(e, l, b->lambda, b));
     KMP_TRY(kmp_balance_add_outputs(e, l, b));
     if (f->part > 1) {
         b->stability.word = KMP_NOT_HELD;

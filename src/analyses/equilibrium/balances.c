@@ -329,13 +329,23 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 /* Forces, coordinates without effect and stability. */
 static kempe_status examine(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *b)
 {
-    KMP_TRY(e->start ? KEMPE_OK : kmp_balance_add_loads(e, linear, linear->lambda, b));
+    KMP_TRY(e->start ? KEMPE_OK : kmp_balance_add_loads(e, linear, b->lambda, b));
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(e->system->context, b->idle_count >= 0 && !e->arena.failed));
     KMP_TRY(kmp_averaged_judge(e->averaged, linear));
     return kmp_stability_judge(linear, &b->stability);
+}
+
+/* The multipliers of l's state, with the force of friction. */
+static double *copy_lambda(kempe_equilibrium *e, kmp_linear *linear)
+{
+    const kempe_system *s = e->system;
+    double *lambda = copy(e, s->m, linear->lambda), *change = KMP_ARENA_NEW(&e->arena, double, s->events.count);
+    if (lambda && change && kmp_model_friction_count(s->model) > 0)
+        kmp_eval_show_friction(linear->eval, linear->t, linear->q, linear->qd, linear->qdd, lambda, change);
+    return lambda;
 }
 
 /* The state in its charts, for a motion that begins there. */
@@ -374,7 +384,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     for (int k = 0; e->count > 0 && k < n; k++)
         if (s->model->motions[k].rotation && kmp_chart_of(s, k) < 0)
             q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
-    b->lambda = copy(e, s->m, linear->lambda);
+    b->lambda = copy_lambda(e, linear);
     (void)kmp_descent_measure(linear, linear->unit, &b->work);
     b->potential = kmp_eval_potential(linear->eval, linear->t, linear->q);
     b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);

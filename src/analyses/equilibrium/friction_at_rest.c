@@ -102,10 +102,11 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
         kmp_friction_element *e = &f->element[i];
         double at = kmp_friction_at(f, e, KMP_ROLE_PLACE);
         const bool level = fmax(kmp_friction_bound(f, e, 1), kmp_friction_bound(f, e, -1)) > 0;
-        bool wanted = !state->view[i].off && (which ? which[i] : level || run->sticking.loaded);
+        const double rate = kmp_friction_at(f, e, KMP_ROLE_RATE); /* of what its surfaces do as time passes */
+        bool wanted = !state->view[i].off && rate == 0 && (which ? which[i] : level || run->sticking.loaded);
         if (e->contact)
             continue;
-        kmp_friction_set_slip(run->sticking.friction, e, 0, 0);
+        kmp_friction_set_slip(run->sticking.friction, e, (rate > 0) - (rate < 0), 0);
         state->view[i].word = KMP_FRICTION_WORD_SLIPS;
         if (wanted)
             KMP_TRY(hold(state, i, t, place ? place[i] : at));
@@ -123,11 +124,14 @@ kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const 
                                             &state->part));
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
-        state->view[i].force = e->contact ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];
+        const bool moves = !e->contact && kmp_friction_at(f, e, KMP_ROLE_RATE) != 0;
+        state->view[i].force = e->contact || moves ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];
         state->view[i].largest = f->upper[i];
         state->view[i].needs = hypot(f->f[i], e->twin < 0 ? 0 : f->f[e->twin]);
         if (!e->contact)
-            state->view[i].word = e->implied ? KMP_FRICTION_WORD_OPEN : KMP_FRICTION_WORD_STICKS;
+            state->view[i].word = moves        ? KMP_FRICTION_WORD_SLIPS
+                                  : e->implied ? KMP_FRICTION_WORD_OPEN
+                                               : KMP_FRICTION_WORD_STICKS;
     }
     return KEMPE_OK;
 }

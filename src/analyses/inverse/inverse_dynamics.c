@@ -2,6 +2,7 @@
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "analyses/inverse/inverse_dynamics.h"
+#include "analyses/inverse/kept_rows.h"
 #include "analyses/parts/closed_state.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
@@ -11,7 +12,9 @@
 #include "linalg/dense/dot.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/state.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>
@@ -27,8 +30,8 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
     ptrdiff_t n = v->n, pressed = s->load_row_count > 0 ? n : 0;
     if (!KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
                         KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
-                        KMP_ROOM(double, s->jacobian.count, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
-                        KMP_ROOM(double, pressed, &v->inertia))) {
+                        KMP_ROOM(double, s->events.count, &v->change), KMP_ROOM(double, s->jacobian.count, &v->masked),
+                        KMP_ROOM(double, n, &v->rest, &v->sum), KMP_ROOM(double, pressed, &v->inertia))) {
         kmp_inverse_free(v);
         return kmp_fail_memory(s->context);
     }
@@ -36,8 +39,18 @@ kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int cou
         v->actuator[k] = actuator[k];
         v->weight[k] = weight ? weight[k] : 1;
     }
-    for (int r = 0; r < s->m; r++)
-        v->left_out[r] = kmp_closure_is_drive(kmp_model_closure(s->model, s->rows[r].closure));
+    for (int r = 0; r < s->m; r++) { /* a joint carries its load itself */
+        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
+        v->left_out[r] = kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(s->model, closure->motion);
+    }
+    for (int k = 0; k < s->load_row_count; k++)
+        if (v->left_out[s->load_rows[k]]) {
+            kmp_inverse_free(v);
+            return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                            "inverse dynamics: a force depends on the multiplier of '%s', a drive or a lock, which has "
+                            "none here because actuators have its force; simulate the model with its drives",
+                            kmp_model_closure(s->model, s->rows[s->load_rows[k]].closure)->name);
+        }
     return KEMPE_OK;
 }
 
@@ -65,7 +78,7 @@ static bool tangent_is_good(kmp_inverse *v)
     for (int k = 0; v->part.r < v->m && k < v->p; k++)
         if (!(kmp_reduction_slip(&v->red, k, v->left_out) * v->system->scale[v->part.u[k]] <= KMP_RANK_NOT_REDUNDANT))
             return false;
-    return true;
+    return v->part.r == v->m || kmp_keeps_rows_well(&v->red, v->left_out, v->rest, v->lambda);
 }
 
 static kempe_status make_tangent(kmp_inverse *v, double t)
@@ -262,5 +275,7 @@ kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, con
     v->unmet = norm_of(v, v->left);
     kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
     find_residual(v);
+    if (kmp_model_friction_count(v->system->model) > 0)
+        kmp_eval_show_friction(v->eval, t, q, qd, qdd, v->lambda, v->change);
     return isfinite(v->unmet) && isfinite(v->residual) ? KEMPE_OK : fail_at(v, t);
 }

@@ -37,7 +37,8 @@ typedef struct kmp_inverse {
     double *rest, *sum, *inertia;  /* n; M qdd where forces depend on multipliers */
 
     double *tau;    /* a: N m or N; these of the last state */
-    double *lambda; /* m; zero for rows of drives and dropped rows */
+    double *lambda; /* m; zero for rows of drives and dropped rows; of friction that sticks in runs: its force */
+    double *change; /* of each condition */
     double *left;   /* p: N' (M qdd + C - S tau), by u: the part that the actuators cannot provide */
     double unmet;   /* |left| in the metric above, N m; and the size of its terms */
     double size;

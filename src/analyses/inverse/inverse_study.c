@@ -191,13 +191,20 @@ static kempe_status read_weights(job *j)
     return status;
 }
 
+/* True for a drive or a lock of the user. */
+static bool is_drive(const kempe_model *model, const kmp_closure *closure)
+{
+    return kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(model, closure->motion);
+}
+
 static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
-    r->motion = j->options->motion                ? KMP_INVERSE_TABLE
-                : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
-                                                  : KMP_INVERSE_START;
+    bool driven = false;
+    for (int c = 0; c < model->closure_count; c++)
+        driven = driven || is_drive(model, &model->closures[c]);
+    r->motion = j->options->motion ? KMP_INVERSE_TABLE : driven ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
     r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
     KMP_TRY(kmp_made(j->context, !r->arena.failed));
     if (r->motion == KMP_INVERSE_START && (j->options->t_end > 0 || j->options->output_step > 0))
@@ -370,7 +377,7 @@ static kempe_status prepare(job *j)
     if (r->a == 0) {
         const kempe_model *model = r->system->model;
         for (int c = 0; c < model->closure_count; c++)
-            if (kmp_closure_is_drive(&model->closures[c]))
+            if (is_drive(model, &model->closures[c]))
                 r->actuator[r->a++] = model->closures[c].motion;
     }
     KMP_TRY(r->a == 0 ? fail_without_actuators(j) : read_weights(j));
@@ -443,8 +450,12 @@ static void note_row(job *j, double t)
                 r->left[r->left_count++] = v->left[k];
             }
     }
-    for (int k = 0; k < v->part.m - v->part.r; k++)
-        r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
+    for (int k = 0; k < v->part.m - v->part.r; k++) {
+        const int row = v->part.redundant[k];
+        const bool given = /* friction, whose force does not follow from its row */
+            kmp_closure_is_of_modes(kmp_model_closure(r->system->model, r->system->rows[row].closure));
+        r->redundant[row] = r->redundant[row] || (!v->left_out[row] && !given);
+    }
 }
 
 static kempe_status keep_row(job *j)
@@ -466,7 +477,7 @@ static kempe_status keep_row(job *j)
     memcpy(row + r->at.qdd, g->qdd, state);
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
-            *lambda++ = v->lambda[k];
+            *lambda++ = v->lambda[k] + 0.0; /* no -0 */
     const size_t loads = (size_t)kmp_all_loads_count(&j->loads, j->system->model);
     if (loads > 0)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);

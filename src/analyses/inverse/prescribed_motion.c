@@ -2,6 +2,7 @@
 /* Follows a prescribed motion by prediction and correction: Taylor's series along the tangent, then Newton's method on
  * the dependent coordinates. Short steps and the signs of Jv's blocks keep the branch. */
 #include "analyses/inverse/prescribed_motion.h"
+#include "analyses/inverse/kept_rows.h"
 #include "analyses/parts/closed_state.h"
 #include "analyses/parts/substep.h"
 #include "base/memory.h"
@@ -166,7 +167,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
                         KMP_ROOM(bool, g->n, &g->given),
                         KMP_ROOM(double, g->n, &g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest,
                                  &g->from, &g->tq, &g->tqd, &g->tqdd),
-                        KMP_ROOM(double, system->jacobian.count, &g->masked))) {
+                        KMP_ROOM(double, g->m, &g->rows), KMP_ROOM(double, system->jacobian.count, &g->masked))) {
         kmp_prescribed_motion_free(g);
         return kmp_fail_memory(system->context);
     }
@@ -294,6 +295,11 @@ static kempe_status settle(kmp_prescribed_motion *g, double t)
     kmp_eval_closure(eval, t, g->trial);
     if (kmp_reduction_factor(red))
         return KEMPE_E_FAILED;
+    if (g->part.r < g->part.m && !kmp_keeps_rows_well(red, g->left_out, g->rest, g->rows)) {
+        KMP_TRY(choose(g, t, g->trial));
+        if (kmp_reduction_factor(red))
+            return KEMPE_E_FAILED;
+    }
     kmp_reduction_tangent(red);
     for (int k = 0; k < g->part.p; k++) {
         g->ud[k] = g->at_rest ? g->qd[g->part.u[k]] : g->tqd[g->part.u[k]];
@@ -403,11 +409,16 @@ static bool step(kmp_prescribed_motion *g, double t)
     return follow(g, t);
 }
 
-/* Steps to `next`. If the table has all coordinates, it tries again with a choice made there. */
+/* Steps to `next`. If it fails with redundant rows, the kept ones may be singular where the mechanism is not: it tries
+ * again with a choice made here. If the table has all coordinates, it tries again with a choice made there. */
 static kempe_status try_step(kmp_prescribed_motion *g, double next, bool *done)
 {
     read_table(g, next);
     *done = step(g, next) && settle(g, next) == KEMPE_OK;
+    if (!*done && !is_all_given(g) && g->part.r < g->part.m) {
+        KMP_TRY(choose(g, g->t, g->q));
+        *done = step(g, next) && settle(g, next) == KEMPE_OK;
+    }
     if (*done || !is_all_given(g))
         return KEMPE_OK;
     memcpy(g->trial, g->tq, (size_t)g->n * sizeof *g->trial);

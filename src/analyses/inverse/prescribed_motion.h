@@ -62,6 +62,7 @@ typedef struct kmp_prescribed_motion {
     double t, *q, *qd, *qdd;        /* n: the state */
     double *trial, *move;           /* n */
     double *ud, *udd, *rest;        /* n each: independent ones, and scratch */
+    double *rows;                   /* m: scratch */
     double *from, *tq, *tqd, *tqdd; /* n: of the table */
     double off;                     /* largest |q - q of the table| / scale of dependent coordinates */
     int off_coordinate;

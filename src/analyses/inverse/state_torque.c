@@ -65,8 +65,12 @@ kempe_status kempe_workspace_add_actuators(kempe_workspace *ws, int count, const
     kempe_status status = kmp_made(ws->system->context, actuator && made);
     if (status == KEMPE_OK)
         status = find_actuators(ws, count, names, weights, actuator);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK) {
+        kmp_context_clear(ws->system->context);
         status = kmp_inverse_init(made, ws->eval, count, actuator, weights);
+        if (status == KEMPE_E_ARGUMENT)
+            (void)refuse(ws, "%s", kempe_context_message(ws->system->context));
+    }
     kmp_free(actuator);
     if (status != KEMPE_OK) {
         kmp_free(made);

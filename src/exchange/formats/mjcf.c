@@ -75,13 +75,23 @@ kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e)
     return (kmp_mjcf_item){.own = e};
 }
 
+static void reverse(const kmp_element **list, int count)
+{
+    for (int k = 0; k < count / 2; k++) {
+        const kmp_element *other = list[k];
+        list[k] = list[count - 1 - k];
+        list[count - 1 - k] = other;
+    }
+}
+
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around)
 {
     kmp_mjcf_item item = {.own = e};
     const char *name = kmp_element_text(e, "class");
     const kmp_mjcf_class *c = name ? kmp_mjcf_class_of(m, e, name) : around ? around : m->classes;
     for (; c; c = c->parent)
-        for (int k = c->count - 1; k >= 0; k--)
+        for (int k = c->count - 1; k >= 0; k--) {
+            const int first = item.count;
             for (const kmp_element *from = c->from[k]->first; from; from = from->next)
                 if (word[0] == ' ' ? kmp_import_is_word(word, from->name) : strcmp(word, from->name) == 0) {
                     const kmp_element **list = kmp_arena_room(m->im->arena, item.defaults, item.count, sizeof *list);
@@ -90,6 +100,8 @@ kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word,
                     item.defaults = list;
                     list[item.count++] = from;
                 }
+            reverse(item.defaults + first, item.count - first); /* the last one of a file takes effect last */
+        }
     return item;
 }
 

@@ -415,35 +415,96 @@ static const char actuators[] = " motor position velocity general damper ";
 
 /* A force is gain[0] + gain[1] length + gain[2] rate, times the input, plus the same of the bias. */
 typedef struct law {
-    double gain[3], bias[3];
+    double gain[10], bias[10];
+    const char *gain_type, *bias_type, *dynamics; /* words of MuJoCo */
+    const char *by;                               /* the word that gave numbers; NULL: none, or a motor */
+    bool biased;                                  /* numbers of a word 'general' may stay in the numbers of a servo */
+    bool unclear;                                 /* versions of MuJoCo take different numbers */
 } law;
 
-/* False: the law is none of these. `own`: with the defaults of its word. */
-static bool read_law(kmp_mjcf *m, const kmp_mjcf_item *own, law *a)
+static const law unit_law = {.gain = {1}, .gain_type = "fixed", .bias_type = "none", .dynamics = "none"};
+
+/* True if the element has the number. */
+static bool take_number(kmp_mjcf *m, const kmp_mjcf_item *e, const char *key, double *value)
 {
-    const char *word = own->own->name;
-    *a = (law){.gain = {1, 0, 0}};
-    double kp = kmp_mjcf_number(m, own, "kp", 1), kv = kmp_mjcf_number(m, own, "kv", strcmp(word, "position") != 0);
-    if (strcmp(word, "position") == 0)
-        *a = (law){{kp, 0, 0}, {0, -kp, -kv}};
-    else if (strcmp(word, "velocity") == 0)
-        *a = (law){{kv, 0, 0}, {0, 0, -kv}};
-    else if (strcmp(word, "damper") == 0)
-        *a = (law){{0, 0, -kv}, {0}};
-    if (strcmp(word, "general") != 0)
-        return true;
-    const char *dynamics = kmp_mjcf_text(own, "dyntype"), *gain = kmp_mjcf_text(own, "gaintype"),
-               *bias = kmp_mjcf_text(own, "biastype");
-    double numbers[10] = {1};
-    kmp_mjcf_numbers(m, own, "gainprm", 1, 10, numbers);
-    memcpy(a->gain, numbers, (gain && strcmp(gain, "affine") == 0 ? 3 : 1) * sizeof *numbers);
-    memset(numbers, 0, sizeof numbers);
-    kmp_mjcf_numbers(m, own, "biasprm", 1, 10, numbers);
-    if (bias && strcmp(bias, "affine") == 0)
-        memcpy(a->bias, numbers, sizeof a->bias);
-    return (!dynamics || strcmp(dynamics, "none") == 0) &&
-           (!gain || strcmp(gain, "fixed") == 0 || strcmp(gain, "affine") == 0) &&
-           (!bias || strcmp(bias, "none") == 0 || strcmp(bias, "affine") == 0);
+    return kmp_mjcf_numbers(m, e, key, 1, 1, value) > 0;
+}
+
+static bool take_word(const kmp_element *e, const char *key, const char **word)
+{
+    const char *text = kmp_element_text(e, key);
+    *word = text ? text : *word;
+    return text;
+}
+
+static void take_general(kmp_mjcf *m, const kmp_mjcf_item *e, law *a)
+{
+    bool gain = kmp_mjcf_numbers(m, e, "gainprm", 1, 10, a->gain) > 0, any = gain;
+    any = kmp_mjcf_numbers(m, e, "biasprm", 1, 10, a->bias) > 0 || any;
+    any = take_word(e->own, "gaintype", &a->gain_type) || any;
+    any = take_word(e->own, "biastype", &a->bias_type) || any;
+    any = take_word(e->own, "dyntype", &a->dynamics) || any;
+    a->biased = a->biased || (any && a->by && strcmp(a->by, e->own->name) != 0) || strcmp(a->dynamics, "none") != 0;
+    for (int k = 0; k < 3; k++)
+        a->biased = a->biased || (any && a->bias[k] != 0);
+    a->by = any ? e->own->name : a->by;
+}
+
+/* An element changes the law of the elements before it: all actuators have one law, whatever their words. A number that
+ * a servo does not have is the one of a law before it. Of a law by another servo some versions of MuJoCo take it,
+ * others its usual value. */
+static void take_law(kmp_mjcf *m, const kmp_element *element, law *a)
+{
+    const kmp_mjcf_item e = kmp_mjcf_plain(element);
+    const char *word = element->name;
+    const bool position = strcmp(word, "position") == 0, damper = strcmp(word, "damper") == 0;
+    const bool affine = strcmp(a->gain_type, "affine") == 0, general = a->by && strcmp(a->by, "general") == 0;
+    const bool servo = a->by && !general && strcmp(a->by, word) != 0; /* another one */
+    double kp = a->gain[0], kv = damper ? (affine ? 0 - a->gain[2] : 0) : position ? 0 - a->bias[2] : a->gain[0];
+    if (strcmp(word, "general") == 0) {
+        take_general(m, &e, a);
+        return;
+    }
+    const law before = *a;
+    *a = unit_law;
+    if (strcmp(word, "motor") == 0)
+        return;
+    const bool has_kp = take_number(m, &e, "kp", &kp), has_kv = take_number(m, &e, "kv", &kv);
+    if (damper)
+        a->unclear = !has_kv && affine && (general || before.unclear);
+    else
+        a->unclear = !(has_kv && (has_kp || !position)) && (before.unclear || servo);
+    a->biased = before.biased;
+    a->unclear = a->unclear || (position && before.biased);
+    a->by = word;
+    a->gain[0] = damper ? 0 : position ? kp : kv;
+    a->gain[2] = damper ? 0 - kv : 0;
+    a->gain_type = damper ? "affine" : "fixed";
+    a->bias_type = damper ? "none" : "affine";
+    a->bias[1] = position ? 0 - kp : 0;
+    a->bias[2] = damper ? 0 : 0 - kv;
+}
+
+/* The law of an element with its defaults: the outermost one first. */
+static law read_law(kmp_mjcf *m, const kmp_mjcf_item *item)
+{
+    law a = unit_law;
+    for (int k = item->count - 1; k >= 0; k--)
+        take_law(m, item->defaults[k], &a);
+    take_law(m, item->own, &a);
+    return a;
+}
+
+/* Numbers of a law that is not affine are none. */
+static bool settle_law(law *a)
+{
+    const bool gain = strcmp(a->gain_type, "affine") == 0, bias = strcmp(a->bias_type, "affine") == 0;
+    if (!gain)
+        a->gain[1] = a->gain[2] = 0;
+    if (!bias)
+        memset(a->bias, 0, sizeof a->bias);
+    return (gain || strcmp(a->gain_type, "fixed") == 0) && (bias || strcmp(a->bias_type, "none") == 0) &&
+           strcmp(a->dynamics, "none") == 0;
 }
 
 /* "(a + b*length + c*rate)", without the parts that are zero; false: all are. */
@@ -468,11 +529,12 @@ static bool put_affine(kmp_text *text, const double a[3], const transmission *t,
 static const char *clamp(kmp_mjcf *m, const kmp_mjcf_item *item, const char *range, const char *limited,
                          const char *inside)
 {
+    const bool damper = strcmp(item->own->name, "damper") == 0 && strcmp(range, "ctrlrange") == 0;
     double limit[2] = {0};
     const char *word = kmp_mjcf_text(item, limited);
     bool given = kmp_mjcf_numbers(m, item, range, 2, 2, limit) == 2,
          counts = word && strcmp(word, "auto") != 0 ? kmp_mjcf_flag(m, item, limited, false) : m->ranges_count;
-    return given && counts && inside
+    return given && (counts || damper) && inside /* the input of a damper always has limits */
                ? kmp_arena_printf(m->im->arena, "max(%.17g, min(%.17g, %s))", limit[0], limit[1], inside)
                : inside;
 }
@@ -514,11 +576,11 @@ static bool take_transmission(kmp_mjcf *m, const kmp_mjcf_item *item, transmissi
 static void add_actuator(kmp_mjcf *m, const kmp_element *e)
 {
     kmp_import *im = m->im;
-    const kmp_mjcf_item item = kmp_mjcf_take(m, e, actuators, NULL), own = kmp_mjcf_take(m, e, e->name, NULL);
+    const kmp_mjcf_item item = kmp_mjcf_take(m, e, actuators, NULL);
     const char *given = kmp_element_text(e, "name");
     transmission t = {.points = NULL};
     double gear[6] = {1, 0, 0, 0, 0, 0};
-    law a;
+    law a = read_law(m, &item);
     bool motor = strcmp(e->name, "motor") == 0;
     if (!take_transmission(m, &item, &t)) {
         kmp_import_leave_out(im, e->place, motor ? KMP_PART_AT_TIMES : KMP_PART_MECHANICS, e->name,
@@ -526,7 +588,14 @@ static void add_actuator(kmp_mjcf *m, const kmp_element *e)
                              given ? given : "");
         return;
     }
-    if (!read_law(m, &own, &a)) {
+    if (a.unclear) {
+        kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, e->name,
+                             "%s '%s' is not used: its law follows from defaults of another kind of actuator, which "
+                             "versions of MuJoCo read differently: give it its numbers",
+                             e->name, given ? given : "");
+        return;
+    }
+    if (!settle_law(&a)) {
         kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, e->name,
                              "%s '%s' is not used: its law is not affine, or has a state", e->name, given ? given : "");
         return;

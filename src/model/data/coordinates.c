@@ -150,6 +150,11 @@ int kmp_cut_coordinate_find(const kempe_model *model, const char *name)
 
 /* The joint that a name selects for its load, and the reason if it has none. */
 
+bool kmp_motion_is_for_load(const kempe_model *model, int motion)
+{
+    return motion < kmp_joint_first_free(&model->bodies[model->motions[motion].body]);
+}
+
 int kmp_joint_find(const kempe_model *model, const char *name)
 {
     for (int b = 1; b < model->body_count; b++)

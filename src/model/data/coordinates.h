@@ -38,6 +38,9 @@ static inline int kmp_joint_free_count(const kmp_body *body)
     return body->motion_count - body->load_count;
 }
 
+/** True for a coordinate that is locked for the reaction of its joint: no drive of a user. */
+bool kmp_motion_is_for_load(const kempe_model *model, int motion);
+
 /** The body that a joint of that name carries in the tree; -1: there is no such joint. */
 int kmp_joint_find(const kempe_model *model, const char *name);
 

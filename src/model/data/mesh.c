@@ -536,6 +536,82 @@ static moments integrate(const kmp_mesh *mesh, kmp_mesh_matter matter, const dou
     return m;
 }
 
+/* Triangles that are connected by vertices. */
+typedef struct piece {
+    double volume, low[3], high[3];
+} piece;
+
+static int root_of(int *above, int vertex)
+{
+    while (above[vertex] != vertex) {
+        above[vertex] = above[above[vertex]];
+        vertex = above[vertex];
+    }
+    return vertex;
+}
+
+/* The pieces of the mesh, each at one of its vertices; all others have no volume. */
+static void find_pieces(const kmp_mesh *mesh, const double origin[3], int *above, piece *pieces)
+{
+    for (int k = 0; k < mesh->vertex_count; k++)
+        above[k] = k;
+    for (int k = 0; k < mesh->triangle_count; k++)
+        for (int i = 1; i < 3; i++)
+            above[root_of(above, mesh->triangle[k][i])] = root_of(above, mesh->triangle[k][0]);
+    for (int k = 0; k < mesh->vertex_count; k++) {
+        piece *p = &pieces[root_of(above, k)];
+        for (int i = 0; i < 3; i++) {
+            const double x = mesh->vertex[k][i];
+            p->low[i] = fmin(p->low[i], x);
+            p->high[i] = fmax(p->high[i], x);
+        }
+    }
+    for (int k = 0; k < mesh->triangle_count; k++) {
+        double corner[3][3];
+        for (int i = 0; i < 9; i++)
+            corner[i / 3][i % 3] = mesh->vertex[mesh->triangle[k][i / 3]][i % 3] - origin[i % 3];
+        pieces[root_of(above, mesh->triangle[k][0])].volume += tetrahedron(corner[0], corner[1], corner[2]);
+    }
+}
+
+/* True if the box of a piece lies in the box of another one that faces the other way. */
+static bool is_hollow(const piece *pieces, int count, const piece *p)
+{
+    for (int k = 0; k < count; k++) {
+        const piece *around = &pieces[k];
+        bool inside = around->volume * p->volume < 0 && fabs(around->volume) > fabs(p->volume);
+        for (int i = 0; i < 3 && inside; i++)
+            inside = around->low[i] <= p->low[i] && p->high[i] <= around->high[i];
+        if (inside)
+            return true;
+    }
+    return false;
+}
+
+/* Pieces that face against the whole are hollows in others: one apart from all others is turned inside out. */
+static bool faces_one_way(const kmp_mesh *mesh, const double origin[3], double volume, kmp_text *why)
+{
+    int *above = KMP_NEW(int, mesh->vertex_count);
+    piece *pieces = KMP_NEW(piece, mesh->vertex_count);
+    const double least = 1e-9 * fabs(volume); /* of a piece that counts: flat ones have rounding */
+    why->failed = why->failed || !above || !pieces;
+    for (int k = 0; !why->failed && k < mesh->vertex_count; k++)
+        pieces[k] = (piece){.low = {INFINITY, INFINITY, INFINITY}, .high = {-INFINITY, -INFINITY, -INFINITY}};
+    if (!why->failed)
+        find_pieces(mesh, origin, above, pieces);
+    for (int k = 0; !why->failed && why->length == 0 && k < mesh->vertex_count; k++) {
+        const piece *p = &pieces[k];
+        if ((volume < 0 ? -p->volume : p->volume) < -least && !is_hollow(pieces, mesh->vertex_count, p))
+            kmp_text_printf(why,
+                            "triangles of a part from [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] face the other way than "
+                            "the rest: the part is inside out",
+                            p->low[0], p->low[1], p->low[2], p->high[0], p->high[1], p->high[2]);
+    }
+    kmp_free(above);
+    kmp_free(pieces);
+    return !why->failed && why->length == 0;
+}
+
 static void put_inertia(const double second[6], double inertia[6])
 {
     for (int k = 0; k < 6; k++)
@@ -575,6 +651,8 @@ bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *w
         origin[i] = low[i] + (high[i] - low[i]) / 2;
     moments m = integrate(mesh, KMP_MESH_SOLID, origin);
     double sign = m.volume < 0 ? -1 : 1;
+    if (!faces_one_way(mesh, origin, m.volume, why))
+        return false;
     if (m.volume == 0 || !isfinite(m.volume)) {
         kmp_text_put(why, "the mesh encloses no volume");
         return false;

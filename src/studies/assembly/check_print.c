@@ -8,6 +8,7 @@
 #include "model/data/body.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
+#include "model/data/coordinates.h"
 #include "model/data/gear.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
@@ -102,7 +103,8 @@ static void put_freedom(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "driven by ");
     int drives = 0;
     for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c]) && ++drives <= FEW_NAMED)
+        if (kmp_closure_is_drive(&model->closures[c]) && !kmp_motion_is_for_load(model, model->closures[c].motion) &&
+            ++drives <= FEW_NAMED)
             kmp_text_printf(text, "%s'%s'", drives > 1 ? ", " : "", model->closures[c].name);
     if (drives > FEW_NAMED)
         kmp_text_printf(text, " and %d more", drives - FEW_NAMED);
