@@ -15,7 +15,6 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"

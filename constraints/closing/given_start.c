@@ -3,11 +3,9 @@
  * coordinates that are given keep their values, and the others follow. The new model has the closed position as its
  * start, so that every computation assembles there. */
 #include "base/context.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "model/data/model.h"

@@ -6,7 +6,6 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
 

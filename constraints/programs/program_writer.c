@@ -7,7 +7,6 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
-#include "linalg/dense/dense.h"
 #include "symbolic/contraction.h"
 #include "symbolic/function_table.h"
 #include "symbolic/ops.h"

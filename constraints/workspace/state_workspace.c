@@ -17,7 +17,6 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
-#include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

@@ -4,7 +4,6 @@
 #include "analyses/parts/study_print.h"
 #include "backend/lanes.h"
 #include "base/memory.h"
-#include "constraints/tolerances.h"
 #include "ensemble/instance_table.h"
 #include "ensemble/mechanisms.h"
 #include "ensemble/quantity_words.h"

@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/thread_pool.h"
 #include "ensemble/histories.h"
 #include "ensemble/lasting_files.h"
 #include "ensemble/manifest.h"

@@ -5,7 +5,6 @@
 #include "base/cache/digest.h"
 #include "base/file.h"
 #include "base/json.h"
-#include "base/memory.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "model/data/model.h"

@@ -3,12 +3,10 @@
  * quotes are closed, and the reader of YAML gives the node of the mark. Names are from the last document that could be
  * read. */
 #include "base/context.h"
-#include "base/memory.h"
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
 #include "language_server/session.h"
 #include "model/files/element_library.h"
-#include "model/language/dimension.h"
 #include "model/language/expression.h"
 #include "model/language/limits.h"
 #include "platform/platform.h"

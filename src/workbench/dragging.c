@@ -5,7 +5,6 @@
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"

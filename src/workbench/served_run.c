@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "workbench/served_run.h"
 #include "base/base64.h"
-#include "base/context.h"
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"

@@ -6,7 +6,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "model/data/state.h"
 #include <kempe/derivatives.h>
 #include <math.h>

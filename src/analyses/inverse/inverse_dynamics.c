@@ -7,12 +7,10 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/state.h"
-#include "output/print.h"
 #include <math.h>
 #include <string.h>
 

@@ -15,7 +15,6 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/state.h"
-#include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -5,8 +5,6 @@
 #include "analyses/inverse/inverse_dynamics.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/closing/close.h"
-#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
 #include "linalg/dense/dot.h"

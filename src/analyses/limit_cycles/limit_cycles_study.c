@@ -15,7 +15,6 @@
 #include "model/data/model.h"
 #include "model/data/wheels.h"
 #include "model/read/loads.h"
-#include "output/print.h"
 #include "pipeline.h"
 #include "platform/platform.h"
 #include "studies/simulate/trajectory.h"

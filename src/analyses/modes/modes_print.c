@@ -4,7 +4,6 @@
 #include "analyses/modes/modes_study.h"
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
-#include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -19,7 +19,6 @@
  * which goes back to the start like the target, and vanishes for each parameter. */
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/derivatives/varied_lanes.h"
-#include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
 #include "base/clones.h"
@@ -30,7 +29,6 @@
 #include "constraints/tolerances.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
-#include "model/data/state.h"
 #include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <math.h>

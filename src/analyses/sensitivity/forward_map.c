@@ -7,7 +7,6 @@
  * without an event needs no columns: the state determines it. */
 #include "analyses/sensitivity/forward_map.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>

@@ -10,7 +10,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
-#include "dynamics/motion.h"
 #include "ensemble/lanes/ensemble_conditions.h"
 #include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
@@ -26,10 +25,8 @@
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
-#include "model/data/flexible.h"
 #include "model/data/parameter.h"
 #include "model/data/state.h"
-#include "model/language/expression_value.h"
 #include "model/read/read_mass.h"
 #include "output/verdict.h"
 #include <kempe/check.h>

@@ -10,7 +10,6 @@
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/sampling.h"
 #include "ensemble/sampling/values.h"
-#include "linalg/dense/dense.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <float.h>

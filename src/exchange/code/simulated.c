@@ -16,7 +16,6 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/touching.h"
-#include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"

@@ -20,14 +20,12 @@
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
-#include "model/data/outline.h"
 #include "model/data/output_table.h"
 #include "model/data/state.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
-#include "model/write/model_print.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>
 #include <kempe/kempe.h>

@@ -9,7 +9,6 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
-#include "model/files/document.h"
 #include "model/files/element_library.h"
 #include "model/read/body_models.h"
 #include "model/read/clearance.h"

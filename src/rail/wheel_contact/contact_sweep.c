@@ -8,7 +8,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"

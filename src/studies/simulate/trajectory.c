@@ -8,13 +8,10 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
-#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/present_inputs.h"
-#include "constraints/evaluation/state_ends.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
-#include "integrators/steppers/solver.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -24,7 +21,6 @@
 #include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/run_remarks.h"
-#include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
 #include <kempe/check.h>
 #include <math.h>
