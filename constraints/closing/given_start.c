@@ -303,14 +303,6 @@ static bool has_clearance(const kempe_model *model)
     return any;
 }
 
-/* Joints with clearance are centred at the start by coordinates that nothing holds. */
-static void hold_given(work *w, bool *hold)
-{
-    for (int k = 0; k < w->n; k++)
-        hold[k] = w->model->start.hold[k] || (w->fixed[k] && is_given(w->given, k));
-    w->model->start.hold = hold;
-}
-
 static void set_position(work *w, bool *hold)
 {
     kempe_model *model = w->model;
@@ -322,8 +314,12 @@ static void set_position(work *w, bool *hold)
             start->statics = false; /* which would move it */
     }
     start->goal_count = 0; /* so would these */
-    if (has_clearance(model))
-        hold_given(w, hold);
+    if (has_clearance(model)) {
+        /* Joints with clearance are centred at the start by coordinates that nothing holds. */
+        for (int k = 0; k < w->n; k++)
+            hold[k] = w->model->start.hold[k] || (w->fixed[k] && is_given(w->given, k));
+        w->model->start.hold = hold;
+    }
     for (int k = 0; k < model->cut_coordinate_count; k++)
         model->cut_coordinates[k].q_given = false;
 }

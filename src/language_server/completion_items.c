@@ -99,15 +99,6 @@ static kmp_found_node find_mark(kempe_language_server *s, const char *text, size
     return kmp_node_find(s->schema, document->root, is_marked, NULL);
 }
 
-static kmp_found_node find_place(kempe_language_server *s, const char *text, size_t length, const text_end *e,
-                                 kmp_text_source *document)
-{
-    const bool valued = e->depth > 0 ? e->valued[e->depth] || e->open[e->depth] == '[' : e->line_valued;
-    const bool as_key = !valued && !e->quote;
-    const kmp_found_node first = find_mark(s, text, length, e, as_key, document);
-    return first.node ? first : find_mark(s, text, length, e, !as_key && !e->quote, document);
-}
-
 /* -- items -------------------------------------------------------------------------------------------- */
 
 enum {
@@ -370,7 +361,10 @@ void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t
     kmp_json_array(&answer->json, NULL);
     if (!e.comment) {
         c.marked.path = file->path;
-        c.found = find_place(s, text, c.begin, &e, &c.marked);
+        const bool valued = e.depth > 0 ? e.valued[e.depth] || e.open[e.depth] == '[' : e.line_valued;
+        const bool as_key = !valued && !e.quote;
+        const kmp_found_node first = find_mark(s, text, c.begin, &e, as_key, &c.marked);
+        c.found = first.node ? first : find_mark(s, text, c.begin, &e, !as_key && !e.quote, &c.marked);
         const kmp_text_source *source = file->good.root ? &file->good : &c.marked;
         kmp_names_find(&c.names, s->schema, source, kmp_session_beside, s);
         if (c.found.node)

@@ -204,22 +204,17 @@ static void declare_section(name_finder *f, const declared_file *file, kmp_name_
 
 static void declare_file(name_finder *f, const declared_file *file);
 
-/* The copies of an include: a number, or a parameter that is one; 0: it is not repeated. */
-static int copies_of(const kmp_text_source *source, const kmp_yaml *item)
-{
-    const kmp_yaml *repeat = kmp_yaml_get(item, "repeat");
-    const kmp_yaml *by = repeat ? kmp_yaml_get(kmp_yaml_get(source->root, "parameters"), repeat->text) : NULL;
-    const long count = repeat ? strtol((by ? by : repeat)->text, NULL, 10) : 0;
-    return !repeat ? 0 : count < 1 ? 1 : count > MOST_INCLUDED ? MOST_INCLUDED : (int)count;
-}
-
 static void declare_included(name_finder *f, const declared_file *file, const kmp_yaml *item)
 {
     const kmp_yaml *name = kmp_yaml_get(item, "file"), *prefix = kmp_yaml_get(item, "prefix"),
                    *at = kmp_yaml_get(item, "at");
     if (!name || name->kind != KMP_YAML_SCALAR || file->level >= KMP_MOST_INCLUDE_LEVELS)
         return;
-    const int copies = copies_of(file->source, item);
+    /* The copies of an include: a number, or a parameter that is one; 0: it is not repeated. */
+    const kmp_yaml *repeat = kmp_yaml_get(item, "repeat");
+    const kmp_yaml *by = repeat ? kmp_yaml_get(kmp_yaml_get(file->source->root, "parameters"), repeat->text) : NULL;
+    const long count = repeat ? strtol((by ? by : repeat)->text, NULL, 10) : 0;
+    const int copies = !repeat ? 0 : count < 1 ? 1 : count > MOST_INCLUDED ? MOST_INCLUDED : (int)count;
     const char *own = prefix ? prefix->text : "";
     const kmp_text_source *source = f->beside(f->user, file->source, name->text);
     char *body = kmp_arena_strdup(&f->names->arena, at ? at->text : "ground");
@@ -571,18 +566,6 @@ static int by_place(const void *a, const void *b)
     return x->begin < y->begin ? -1 : x->begin > y->begin ? 1 : x->declared - y->declared;
 }
 
-/* Orders the uses; an alias gives the same one again. */
-static void sort_uses(kmp_model_names *n)
-{
-    int kept = 0;
-    if (n->use_count > 0)
-        qsort(n->uses, (size_t)n->use_count, sizeof *n->uses, by_place);
-    for (int k = 0; k < n->use_count; k++)
-        if (kept == 0 || n->uses[kept - 1].begin != n->uses[k].begin)
-            n->uses[kept++] = n->uses[k];
-    n->use_count = kept;
-}
-
 void kmp_names_find(kmp_model_names *names, const kmp_json_value *schema, const kmp_text_source *source,
                     kmp_source_beside *beside, void *user)
 {
@@ -604,7 +587,14 @@ void kmp_names_find(kmp_model_names *names, const kmp_json_value *schema, const 
     const kmp_schemas schemas = kmp_schema_of_model(schema);
     for (int k = 0; k < root->count; k++)
         visit_section(&f, &schemas, root->keys[k], root->items[k]);
-    sort_uses(names);
+    /* Orders the uses; an alias gives the same one again. */
+    int kept = 0;
+    if (names->use_count > 0)
+        qsort(names->uses, (size_t)names->use_count, sizeof *names->uses, by_place);
+    for (int k = 0; k < names->use_count; k++)
+        if (kept == 0 || names->uses[kept - 1].begin != names->uses[k].begin)
+            names->uses[kept++] = names->uses[k];
+    names->use_count = kept;
 }
 
 void kmp_names_free(kmp_model_names *names)

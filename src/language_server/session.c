@@ -302,17 +302,6 @@ static long read_headers(const char *bytes, size_t length, size_t *body)
     return -1;
 }
 
-static void diagnose_stale(kempe_language_server *s)
-{
-    for (int k = 0; k < s->file_count && s->ended < 0; k++)
-        if (s->files[k]->stale)
-            kmp_file_diagnose(s, s->files[k]);
-    s->output.failed = s->output.failed || s->work.failed;
-    kmp_arena_free(&s->work);
-    s->closed = NULL;
-    s->closed_count = 0;
-}
-
 kempe_status kempe_language_server_take(kempe_language_server *server, const char *bytes, size_t count, char **answer)
 {
     KMP_GIVEN(server, KEMPE_E_ARGUMENT);
@@ -333,7 +322,13 @@ kempe_status kempe_language_server_take(kempe_language_server *server, const cha
         kmp_text_append(&rest, s->input.s + done, s->input.length - done);
     kmp_text_free_part(&s->output, &s->input);
     s->input = rest;
-    diagnose_stale(s);
+    for (int k = 0; k < s->file_count && s->ended < 0; k++)
+        if (s->files[k]->stale)
+            kmp_file_diagnose(s, s->files[k]);
+    s->output.failed = s->output.failed || s->work.failed;
+    kmp_arena_free(&s->work);
+    s->closed = NULL;
+    s->closed_count = 0;
     kmp_text_put(&s->output, "");
     *answer = kmp_text_take(&s->output);
     if (!*answer || rest.failed)

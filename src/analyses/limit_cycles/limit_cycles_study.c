@@ -207,17 +207,6 @@ static void take_mode(const kmp_flow *f, const kmp_modes *modes, int mode, kmp_c
     }
 }
 
-/* The loads at the equilibrium of a Hopf point, the last state of the family. */
-static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
-{
-    const kmp_linear *l = &cycles->family->linear;
-    for (int r = 0; r < l->m; r++) {
-        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
-        if (k >= 0 && k < cycles->held)
-            hopf->load[k] = l->lambda[r];
-    }
-}
-
 /* The Hopf point, with the mode as its tangent. */
 static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
 {
@@ -235,7 +224,13 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
-    loads_at_rest(cycles, c);
+    /* The loads at the equilibrium of a Hopf point, the last state of the family. */
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            c->load[k] = l->lambda[r];
+    }
     return c;
 }
 

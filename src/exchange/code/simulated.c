@@ -420,18 +420,6 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     return kmp_made(source->context, !source->arena.failed);
 }
 
-/* A speed that depends on parameters of the simulator would be another one after their change. */
-static kempe_status check_speeds(const kempe_model *model)
-{
-    for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "generated simulators: the speed by which friction '%s' may be regularised is an "
-                            "expression, which is not supported there; give a number",
-                            model->forces[k].name);
-    return KEMPE_OK;
-}
-
 static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -462,7 +450,15 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     f->driven = system->rheonomic;
     for (int r = 0; r < system->m; r++) /* only of friction: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
-    return check_speeds(source->model);
+    /* A speed that depends on parameters of the simulator would be another one after their change. */
+    const kempe_model *model = source->model;
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
 }
 
 static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)

@@ -111,17 +111,6 @@ static const kmp_beam_second *second_of(const maker *m, int k, int l)
 
 /* -- first order ------------------------------------------------------------------------------------- */
 
-static void put_rigid(const maker *m)
-{
-    kmp_flexible *to = m->to;
-    *to->length = m->beam->length;
-    *to->mass = plain_moment(m, m->line_mass, 1, &one, &one);
-    to->moment[0] = plain_moment(m, m->line_mass, 2, &one, &m->place);
-    to->second[0] = plain_moment(m, m->line_mass, 3, &m->place, &m->place);
-    to->second[1] = plain_moment(m, &m->section_mass[0], 1, &one, &one);
-    to->second[2] = plain_moment(m, &m->section_mass[1], 1, &one, &one);
-}
-
 /* Of a section's point at y, or z (c: 1, 2), the component a of theta x (0, y, z) by y: the component of theta, and its
  * sign, 0 where there is none. */
 static int section_part(int c, int a, int *component)
@@ -539,7 +528,12 @@ static bool put_moments(maker *m)
     if (!numbers)
         return false;
     kmp_flexible_lay(to, numbers);
-    put_rigid(m);
+    *to->length = m->beam->length;
+    *to->mass = plain_moment(m, m->line_mass, 1, &one, &one);
+    to->moment[0] = plain_moment(m, m->line_mass, 2, &one, &m->place);
+    to->second[0] = plain_moment(m, m->line_mass, 3, &m->place, &m->place);
+    to->second[1] = plain_moment(m, &m->section_mass[0], 1, &one, &one);
+    to->second[2] = plain_moment(m, &m->section_mass[1], 1, &one, &one);
     put_first_order(m);
     put_second_order(m, m->amounts);
     return true;

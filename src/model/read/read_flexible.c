@@ -920,18 +920,6 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
         e->r->model->arena.failed = true;
 }
 
-static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
-{
-    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
-    if (!kept)
-        return;
-    *kept = *beam;
-    kept->stations = NULL;
-    kept->station_count = 0;
-    kept->fixed = NULL;
-    flexible->beam = kept;
-}
-
 static void make_beam(entry *e, kmp_flexible *flexible)
 {
     kempe_model *model = e->r->model;
@@ -950,7 +938,14 @@ static void make_beam(entry *e, kmp_flexible *flexible)
         kmp_reader_complain(e->r, model->bodies[flexible->body].place,
                             "the beam of %s: its constants are not finite: its numbers are too large or too small",
                             e->body);
-    keep_beam(model, &e->beam, flexible);
+    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
+    if (!kept)
+        return;
+    *kept = e->beam;
+    kept->stations = NULL;
+    kept->station_count = 0;
+    kept->fixed = NULL;
+    flexible->beam = kept;
 }
 
 /* Mean axes are not a section that a joint could hold. */
