@@ -310,7 +310,9 @@ static void use(name_finder *f, size_t begin, size_t end, int declared)
 
 /* -- words of scalars --------------------------------------------------------------------------------- */
 
-const size_t *kmp_scalar_bytes(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node)
+/* The bytes of the text of a scalar in its source: `at[k]` of the k-th byte, at[length] of its end. NULL: there are
+ * escapes, or no memory. */
+static const size_t *bytes_of(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node)
 {
     const char *text = node->text, *from = source->text;
     const size_t length = strlen(text), whole = strlen(from);
@@ -488,7 +490,7 @@ static kmp_name_set bound_by(const kmp_model_names *n, const char *port, int inc
 static void use_scalar(name_finder *f, const kmp_yaml *node, kmp_name_set of, const char *kind)
 {
     kmp_model_names *n = f->names;
-    const size_t *at = of ? kmp_scalar_bytes(&n->arena, n->source, node) : NULL;
+    const size_t *at = of ? bytes_of(&n->arena, n->source, node) : NULL;
     if (!at || !node->text[0])
         return;
     if (strncmp(kind, "included_", 9) == 0) {
