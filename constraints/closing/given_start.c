@@ -342,24 +342,6 @@ static kempe_status refuse_rate(const work *w, int k, double given)
                     w->model->motions[k].name, as.factor * rate, as.unit, as.factor * given);
 }
 
-/* Signals of delays are constant before the start where their states are given. */
-static void set_states(const work *w, const double *qd)
-{
-    const int first = kmp_model_coordinates(w->model);
-    for (int k = 0; k < w->model->state_count; k++) {
-        kmp_state *state = &w->model->states[k];
-        if (!is_given(qd, first + k))
-            continue;
-        if (state->before)
-            kmp_log(w->model->context, KEMPE_LOG_WARNING,
-                    "start: the signal of '%s' before the start is constant at its given value, in place of 'before'",
-                    state->name);
-        state->start = (kmp_number){.value = qd[first + k]};
-        state->began = state->delayed;
-        state->before = NULL;
-    }
-}
-
 /* Given rates count before the rates of the model, which give way where they contradict. */
 static kempe_status set_rates(work *w, const double *qd)
 {
@@ -373,7 +355,20 @@ static kempe_status set_rates(work *w, const double *qd)
         }
     for (int k = 0; k < w->model->cut_coordinate_count; k++)
         w->model->cut_coordinates[k].qd_given = false;
-    set_states(w, qd);
+    /* Signals of delays are constant before the start where their states are given. */
+    const int first = kmp_model_coordinates(w->model);
+    for (int k = 0; k < w->model->state_count; k++) {
+        kmp_state *state = &w->model->states[k];
+        if (!is_given(qd, first + k))
+            continue;
+        if (state->before)
+            kmp_log(w->model->context, KEMPE_LOG_WARNING,
+                    "start: the signal of '%s' before the start is constant at its given value, in place of 'before'",
+                    state->name);
+        state->start = (kmp_number){.value = qd[first + k]};
+        state->began = state->delayed;
+        state->before = NULL;
+    }
     KMP_TRY(make_rates(w));
     if (w->a->rates_changed) {
         for (int k = 0; k < kmp_model_coordinates(w->model); k++)

@@ -27,20 +27,15 @@ void kmp_put_range(const kempe_language_server *s, kmp_json *json, const char *k
     kmp_json_end(json);
 }
 
-/* Writes a member as it was read: the number of a request, which may be a word. */
-static void put_id(kmp_text *text, const kmp_json_value *id)
-{
-    if (id && id->kind == KMP_JSON_STRING)
-        kmp_text_quote(text, id->text);
-    else
-        kmp_text_put(text, id && id->kind == KMP_JSON_NUMBER ? id->text : "null");
-}
-
 static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_text *result, kmp_reply *answer)
 {
     kmp_text body = {0};
     kmp_text_put(&body, "{\"jsonrpc\":\"2.0\",\"id\":");
-    put_id(&body, id);
+    /* Writes a member as it was read: the number of a request, which may be a word. */
+    if (id && id->kind == KMP_JSON_STRING)
+        kmp_text_quote(&body, id->text);
+    else
+        kmp_text_put(&body, id && id->kind == KMP_JSON_NUMBER ? id->text : "null");
     if (answer->code) {
         kmp_text_printf(&body, ",\"error\":{\"code\":%d,\"message\":", answer->code);
         kmp_text_quote(&body, answer->sentence.s ? answer->sentence.s : "");

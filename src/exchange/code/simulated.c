@@ -551,21 +551,6 @@ static bool is_of_start(const kmp_code_source *source, int symbol)
     return alone;
 }
 
-/* Marks values that depend on accelerations or multipliers. */
-static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
-{
-    const int first = code->constants + code->inputs;
-    for (int k = 0; k < code->inputs; k++)
-        late[code->constants + k] = input[2 * k] == KEMPE_WATCH_QDD || input[2 * k] == KEMPE_WATCH_LAMBDA;
-    for (int k = 0; k < code->steps; k++) {
-        const kmp_bound_step *in = &code->step[k];
-        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
-        const unsigned operand[] = {in->a, in->b, in->c};
-        for (int i = 0; i < count; i++)
-            late[first + k] = late[first + k] || late[operand[i] >> 1];
-    }
-}
-
 /* Bounds of the conditions, by which the simulator finds their changes: kempe_watch. KEMPE_E_ARGUMENT with the name of
  * a condition that has no bounds. */
 static kempe_status find_watch(kmp_code_source *source)
@@ -595,7 +580,18 @@ static kempe_status find_watch(kmp_code_source *source)
                                     : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
                                                                               : kmp_place_in_argument(source, in);
     }
-    mark_late(&bounds->code, x->watch_input, late);
+    /* Marks values that depend on accelerations or multipliers. */
+    const int first = bounds->code.constants + bounds->code.inputs;
+    for (int k = 0; k < bounds->code.inputs; k++)
+        late[bounds->code.constants + k] =
+            x->watch_input[2 * k] == KEMPE_WATCH_QDD || x->watch_input[2 * k] == KEMPE_WATCH_LAMBDA;
+    for (int k = 0; k < bounds->code.steps; k++) {
+        const kmp_bound_step *in = &bounds->code.step[k];
+        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
+        const unsigned operand[] = {in->a, in->b, in->c};
+        for (int i = 0; i < count; i++)
+            late[first + k] = late[first + k] || late[operand[i] >> 1];
+    }
     for (int k = 0; k < x->condition_count; k++) {
         const int output = x->watch_first + k;
         if (!bounds->known[output])

@@ -666,19 +666,6 @@ static void check_source(entry *e, const kmp_yaml *map, bool file)
                      file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
 }
 
-static void read_file(entry *e, const kmp_yaml *map)
-{
-    e->of_file = true;
-    check_source(e, map, true);
-    if (kmp_yaml_get(map, "damping"))
-        read_damping(e, kmp_yaml_get(map, "damping"));
-    e->file = kmp_read_modal_body(e->r, map, e->body, e->beam.frame);
-    if (e->file)
-        e->file->damped = kmp_yaml_get(map, "damping");
-    else
-        fail(e);
-}
-
 static void read_flexible(entry *e, const kmp_yaml *map)
 {
     static const char *const frames[] = {"clamped", "chord", "mean"}, *const stiffenings[] = {"none", "first", "full"};
@@ -688,7 +675,15 @@ static void read_flexible(entry *e, const kmp_yaml *map)
         return;
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     if (kmp_yaml_get(map, "file")) {
-        read_file(e, map);
+        e->of_file = true;
+        check_source(e, map, true);
+        if (kmp_yaml_get(map, "damping"))
+            read_damping(e, kmp_yaml_get(map, "damping"));
+        e->file = kmp_read_modal_body(e->r, map, e->body, e->beam.frame);
+        if (e->file)
+            e->file->damped = kmp_yaml_get(map, "damping");
+        else
+            fail(e);
         return;
     }
     check_source(e, map, false);
