@@ -2,7 +2,6 @@
 /* Ropes over sheaves and from drums: paths, tensions and motions by closed forms. */
 #include "compared_runs.h"
 #include "linalg/dense/dot.h"
-#include "model/data/rope.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
