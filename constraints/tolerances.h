@@ -396,7 +396,7 @@
 /** Communication points of a co-simulation differ by this part of the time, in s, from the time that a unit has
  * reached: they are sums of rounded steps. */
 #define KMP_SAME_COMMUNICATION 1e-9
-/** Growth at which an integrator of a caller, which restarts then, is told to exchange coordinates. */
+/** Growth at which an integrator of a caller, which restarts then, is asked to exchange coordinates. */
 #define KMP_EXCHANGE_CALLERS 3.0
 
 /* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */

@@ -83,7 +83,7 @@ klu() {
 fortran_lapack() {
     [ ! -e "$installed/has_lapack" ] || return 0
     say "  lapack"
-    local from=$folder/sources/lapack to=$folder/lapack wanted="dgesvd zgeev dsygv dsyev dgelsy dgeevx" name file
+    local from=$folder/sources/lapack to=$folder/lapack wanted="dgesvd zgeev dsygv dsygvd dsyev dsyevd dgelsy dgeevx" name file
     rm -rf "$to"
     mkdir -p "$to" "$installed/lib"
     : >"$folder/lapack.log"
@@ -113,7 +113,7 @@ fortran_lapack() {
 translated_lapack() {
     [ ! -e "$installed/has_lapack" ] || return 0
     say "  lapack"
-    local from=$folder/sources/lapack to=$folder/lapack entries="dgesvd zgeev dsygv dsyev dgelsy dgeevx"
+    local from=$folder/sources/lapack to=$folder/lapack entries="dgesvd zgeev dsygv dsygvd dsyev dsyevd dgelsy dgeevx"
     rm -rf "$to"
     mkdir -p "$to"
     cp "$folder/sources/libf2c2/f2c.h0" "$to/f2c.h"

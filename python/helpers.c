@@ -254,6 +254,7 @@ kempe_status python_start(const kempe_model *model, char **json)
     }
     kmp_json_end(&writer);
     kmp_json_boolean(&writer, "statics", start->statics);
+    kmp_json_string(&writer, "at", start->at ? start->at : "start");
     kmp_json_object(&writer, "states");
     for (int k = 0; k < model->state_count; k++)
         kmp_json_number(&writer, model->states[k].name, model->states[k].start.value);

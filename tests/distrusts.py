@@ -235,7 +235,7 @@ class Distrusts(unittest.TestCase):
 
     def test_terminal(self):
         """A screen that shows both streams has each sentence once, and the advice."""
-        for command, *sentences in ((f"simulate {BAR} --rtol 1e-3 --t-end 60", "the energy error is", "do not trust the motion beyond t =", "use a smaller rtol"), (f"simulate {BAR} --max-steps 40", "the limit of 40 steps")):
+        for command, *sentences in ((f"simulate {BAR} --rtol 1e-3 --t-end 60", "the energy error is", "do not trust the motion beyond t =", "use a smaller rtol"), (f"simulate {BAR} --max-steps 40", "the limit of 40 steps"), ("simulate examples/n_four_bar/n_four_bar_40.yaml --rtol 1e-12", "errors of rounding count here")):
             parent, child = pty.openpty()
             with subprocess.Popen([KEMPE, *command.split()], stdout=child, stderr=child, cwd=self.folder) as process:
                 os.close(child)

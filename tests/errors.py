@@ -106,7 +106,7 @@ CALLS = [
     ("fit model.yaml angles.csv --parameter l:1:2", 3),
     ("fit model.yaml angles.csv --columns q.X --parameter l", 3),
     ("optimize model.yaml --minimize max(qd(D)) --parameter l", 3),
-    ("optimize model.yaml --minimize rms(qd(D)) --parameter l:0.7:0.9 --method slopes", 3),
+    ("optimize model.yaml --minimize range(qd(D)) --parameter l:0.7:0.9 --method slopes", 3),
     ("ensemble model.yaml --values values.csv", 2),
     ("ensemble model.yaml --values numbers.csv", 2),
     ("ensemble model.yaml --sample l=1", 3),

@@ -66,7 +66,7 @@ for name, others in ANALYSES.items():
     shared = [] if name in ("dense", "parts") else ["dense", "parts"]
     LAYERS[f"analyses/{name}"] = " ".join([WHOLE_CORE, *(f"analyses/{other}" for other in [*shared, *others.split()])])
 for wing, others in WINGS.items():
-    seen = [f"analyses/{name}" for name in ANALYSES] if "analyses" in others else []
+    seen = [f"analyses/{name}" for name in ANALYSES] if "analyses" in (wing, *others.split()) else []
     LAYERS[wing] = " ".join([WHOLE_CORE, others, *seen])
 LAYERS["exchange"] += " fmi"
 LAYERS["platform"] = ""

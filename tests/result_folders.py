@@ -237,6 +237,21 @@ class Folders(unittest.TestCase):
         self.assertEqual(run(self.folder, "--resume").returncode, 0)
         self.assert_whole()
 
+    def test_equilibria(self):
+        """Instances begin at their own equilibria, and the folder knows that they do: other starts are refused."""
+        study = ["ensemble", str(MODEL), "--sample", "crank=IT7", "--instances", "4", "--t-end", "0.1", "--quiet"]
+        done = run(self.folder, "--at", "equilibrium", study=study)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("each instance begins at the equilibrium that its own start leads to", done.stdout)
+        self.assertEqual(json.loads((self.folder / "manifest.json").read_text())["at"], "equilibrium")
+        done = run(self.folder, "--resume", study=study)
+        self.assertEqual((done.returncode, "the state at the start (--at) is \"equilibrium\" in the folder and missing in this run" in done.stderr), (2, True), done.stderr)
+        replay = ["simulate", "--from", str(self.folder), "--instance", "2"]
+        done = subprocess.run([KEMPE, *replay], capture_output=True, text=True)
+        self.assertEqual((done.returncode, "--set or --at" in done.stderr), (2, True), done.stderr)
+        done = subprocess.run([KEMPE, *replay, "--at", "equilibrium"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, "begins at the equilibrium" in done.stdout), (0, True), done.stderr)
+
     def test_replay(self):
         """An instance again: the state of its row, to the tolerance of the run."""
         text = subprocess.run([KEMPE, "gather", self.place / "whole.kempe", "-o", "/dev/stdout", "--json", "/dev/null"],

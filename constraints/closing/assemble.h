@@ -24,6 +24,18 @@ typedef struct kmp_goals_verdict {
     int steps;
 } kmp_goals_verdict;
 
+/** The equilibrium at which a start is (base/wings.h); its texts belong to the assembly. */
+typedef struct kmp_start_balance {
+    const char *stability; /* stable, neutral, unstable, undecided */
+    const char *title;     /* "at the equilibrium that its start leads to: stable" */
+    const char *remarks;   /* sentences, one per line: what of the given start does not count, and what moves on */
+    int growing;           /* motions that grow */
+    bool moves;            /* some coordinate has a rate */
+    int idle_count, *idle; /* coordinates that nothing depends on: they are where the loops were closed */
+    double rate;           /* the largest real part of an eigenvalue, 1/s; NaN: none is known */
+    double residual;       /* relative */
+} kmp_start_balance;
+
 struct kempe_assembly {
     const kempe_system *system;
     kmp_arena arena;
@@ -59,6 +71,7 @@ struct kempe_assembly {
                    */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */
     kmp_goals_verdict goals;
+    const kmp_start_balance *balance; /* NULL: it is where the loops were closed */
     const char *ended; /* of kempe_assembly_new: the condition by which a run would end there; NULL: none */
 };
 

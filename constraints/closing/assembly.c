@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "base/wings.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/cut_start.h"
 #include "constraints/closing/rounding.h"
@@ -474,7 +475,7 @@ static void warn_of_deformation(const kempe_assembly *a)
                 s->model->motions[most].name, a->moved[most], s->model->motions[most].rotation ? "rad" : "m");
 }
 
-kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **assembly)
+kempe_status kmp_assembly_as_given(const kempe_system *system, kempe_assembly **assembly)
 {
     kempe_assembly *a = NULL;
     bool known = kmp_rounding_of(system);
@@ -488,13 +489,23 @@ kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **
     if (!a->closed)
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
     KMP_TRY(kmp_shafts_refuse(system, a->q));
-    KMP_TRY(kmp_static_start(system, a));
+    if (!system->model->start.at) /* deformations are part of an equilibrium */
+        KMP_TRY(kmp_static_start(system, a));
     if (!known)
         report_misfit(a);
     warn_of_deformation(a);
     KMP_TRY(warn_of_changes(a));
     KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
+}
+
+kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **assembly)
+{
+    KMP_TRY(kmp_assembly_as_given(system, assembly));
+    for (const kmp_wing *const *wing = kmp_wings; *assembly && system->model->start.at && *wing; wing++)
+        if ((*wing)->balance)
+            return (*wing)->balance(system, *assembly);
+    return KEMPE_OK;
 }
 
 /* Notes the first condition by which a run would end at its start. */

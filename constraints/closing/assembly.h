@@ -11,6 +11,9 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
 /** As kempe_assembly_new, for studies that begin there: conditions that end runs are not judged. */
 kempe_status kmp_assembly_at_start(const kempe_system *system, kempe_assembly **assembly);
 
+/** Likewise, before it moves to an equilibrium that the model asks for: for the search. */
+kempe_status kmp_assembly_as_given(const kempe_system *system, kempe_assembly **assembly);
+
 /** The gap of a closure with the arc of its angle, m. */
 double kmp_assembly_extent(const kempe_assembly *assembly, int closure);
 

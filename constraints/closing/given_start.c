@@ -314,6 +314,7 @@ static void set_position(work *w, bool *hold)
             start->statics = false; /* which would move it */
     }
     start->goal_count = 0; /* so would these */
+    start->at = NULL;
     if (has_clearance(model)) {
         /* Joints with clearance are centred at the start by coordinates that nothing holds. */
         for (int k = 0; k < w->n; k++)
@@ -439,4 +440,20 @@ kempe_status kempe_model_start_at(const kempe_model *model, const double *q, con
     kempe_system_free(w.system);
     kmp_arena_free(&w.arena);
     return KMP_GIVE_OR_FREE(status, started, w.model, kempe_model_free);
+}
+
+kempe_status kempe_model_start_in(const kempe_model *model, const char *state, kempe_model **started)
+{
+    const char *at = NULL;
+    kmp_text complaint = {0};
+    KMP_WANTED_BOTH(model, started);
+    KMP_WANTED(model->context, state, "state");
+    kmp_context_clear(model->context);
+    if (!kmp_start_read_at(state, &at, &complaint))
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
+    kempe_model *m = NULL;
+    KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
+    m->start.at = at ? kmp_arena_strdup(&m->arena, at) : NULL;
+    const kempe_status status = kmp_made(model->context, m->start.at || !at);
+    return KMP_GIVE_OR_FREE(status, started, m, kempe_model_free);
 }

@@ -23,5 +23,5 @@ void kmp_load_margin_at(kmp_load_margin *margin, double t, const double *q, cons
 bool kmp_load_margin_has_springs(const kempe_system *system);
 
 /** True if wheels creep on rails. A section that turns takes its wheels with it, because independent joints hold, and
- * their rolling motion on the rails is not a load of the body: the part that loads take cannot be told from it. */
+ * their rolling motion on the rails is not a load of the body: the part that loads take cannot be separated from it. */
 bool kmp_load_margin_has_creep(const kempe_system *system);

@@ -723,23 +723,23 @@ kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], co
 {
     const kempe_model *model = eval->system->model;
     KMP_TRY(shared_between(eval, t, q, arena, found));
-    found->told = found->loaded;
+    found->matters = found->loaded;
     for (int k = 0; k < KMP_LOAD_SIZE * (model->closure_count + joints); k++) {
         const int c = k / KMP_LOAD_SIZE, i = k % KMP_LOAD_SIZE;
         const bool *shared =
             c < model->closure_count ? found->of_closure[c] : found->of_body[joint[c - model->closure_count]];
-        found->told = found->told || (shared[i] && !(fabs(loads[k]) < EMPTY));
+        found->matters = found->matters || (shared[i] && !(fabs(loads[k]) < EMPTY));
     }
     return KEMPE_OK;
 }
 
-kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
-                                   kmp_arena *arena, const char **text)
+kempe_status kmp_report_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
+                                     kmp_arena *arena, const char **text)
 {
     kmp_text names = {0};
     (void)doubt_friction(system, found);
-    const int count = found->told ? kmp_put_shared_loads(&names, system->model, found) : 0;
-    if (found->told && count > 0)
+    const int count = found->matters ? kmp_put_shared_loads(&names, system->model, found) : 0;
+    if (found->matters && count > 0)
         warn(system->context, names.s ? names.s : "", least_norm);
     *text = names.failed ? NULL : kmp_arena_strdup(arena, names.s ? names.s : "");
     kmp_text_free(&names);
@@ -748,14 +748,15 @@ kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_
 
 /* -- outputs ------------------------------------------------------------------------------------------ */
 
-typedef struct telling {
+typedef struct shown_loads {
     kmp_shared_loads found;
     kmp_text names;
     int count;
-} telling;
+} shown_loads;
 
 /* Names components `from` to `to` of a force or a moment; the shared ones as bits. */
-static unsigned tell_load(telling *w, const kempe_model *model, bool joint, int index, bool moment, int from, int to)
+static unsigned name_load(shown_loads *w, const kempe_model *model, bool joint, int index, bool moment, int from,
+                          int to)
 {
     const char *name = joint ? model->bodies[index].joint : model->closures[index].name;
     unsigned shared = 0;
@@ -770,7 +771,7 @@ static unsigned tell_load(telling *w, const kempe_model *model, bool joint, int 
 }
 
 /* Names two bearings whose joint has shared loads. Values that are zero do not show in theirs. */
-static void tell_bearings(telling *w, const kmp_bearing_pair *pair)
+static void name_bearings(shown_loads *w, const kmp_bearing_pair *pair)
 {
     const bool *load = pair->closure < 0 ? w->found.of_body[pair->body] : w->found.of_closure[pair->closure];
     bool shared = false;
@@ -785,15 +786,15 @@ static void tell_bearings(telling *w, const kmp_bearing_pair *pair)
 }
 
 /* A component. A size has the others too, and does not show that the shared ones are zero. */
-static unsigned tell_measure(telling *w, const kempe_model *model, bool joint, int index, bool moment, int number)
+static unsigned name_measure(shown_loads *w, const kempe_model *model, bool joint, int index, bool moment, int number)
 {
     if (number < KMP_MEASURE_SIZE)
-        return tell_load(w, model, joint, index, moment, number, number + 1);
-    (void)tell_load(w, model, joint, index, moment, 0, 3);
+        return name_load(w, model, joint, index, moment, number, number + 1);
+    (void)name_load(w, model, joint, index, moment, 0, 3);
     return 0;
 }
 
-static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_expr *e)
+static unsigned name_expression(shown_loads *w, const kempe_model *model, const kmp_expr *e)
 {
     unsigned shared = 0;
     if (!e)
@@ -802,24 +803,24 @@ static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_
     const bool moment = m && (m->kind == KMP_MEASURE_MOMENT || m->kind == KMP_MEASURE_JOINT_MOMENT);
     const bool joint = m && (m->kind == KMP_MEASURE_JOINT_REACTION || m->kind == KMP_MEASURE_JOINT_MOMENT);
     if (joint || moment || (m && m->kind == KMP_MEASURE_REACTION))
-        shared = tell_measure(w, model, joint, m->argument[0].closure, moment, e->number);
+        shared = name_measure(w, model, joint, m->argument[0].closure, moment, e->number);
     if (m && m->kind == KMP_MEASURE_BEARING)
-        tell_bearings(w, &model->bearings[m->argument[0].closure]);
-    shared |= tell_expression(w, model, e->a) | tell_expression(w, model, e->b) | tell_expression(w, model, e->c);
+        name_bearings(w, &model->bearings[m->argument[0].closure]);
+    shared |= name_expression(w, model, e->a) | name_expression(w, model, e->b) | name_expression(w, model, e->c);
     return shared ? 1 : 0;
 }
 
 /* Names what an output shows of loads that are shared; these components as bits. */
-static unsigned tell_output(telling *w, const kempe_model *model, const kmp_output *output)
+static unsigned name_output(shown_loads *w, const kempe_model *model, const kmp_output *output)
 {
     const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
     const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
     if (output->kind == KMP_OUTPUT_SENSOR)
-        return tell_expression(w, model, model->sensors[output->index].expr);
+        return name_expression(w, model, model->sensors[output->index].expr);
     if (output->kind == KMP_OUTPUT_BEARING)
-        tell_bearings(w, &model->bearings[output->index]);
+        name_bearings(w, &model->bearings[output->index]);
     return joint || moment || output->kind == KMP_OUTPUT_REACTION
-               ? tell_load(w, model, joint, output->index + joint, moment, 0, 3)
+               ? name_load(w, model, joint, output->index + joint, moment, 0, 3)
                : 0;
 }
 
@@ -828,12 +829,12 @@ kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], co
 {
     const kempe_model *model = eval->system->model;
     kmp_arena arena = {0};
-    telling w = {0};
+    shown_loads w = {0};
     bool zero = true;
     kempe_status status = shared_between(eval, t, q, &arena, &w.found);
     for (int o = 0, at = 0; status == KEMPE_OK && o < model->output_count; o++) {
-        const bool told = !least_norm || model->outputs[o].kind == KMP_OUTPUT_SENSOR;
-        const unsigned shared = told ? tell_output(&w, model, &model->outputs[o]) : 0;
+        const bool named = !least_norm || model->outputs[o].kind == KMP_OUTPUT_SENSOR;
+        const unsigned shared = named ? name_output(&w, model, &model->outputs[o]) : 0;
         for (int i = 0; i < 3; i++)
             zero = zero && (!(shared >> i & 1) || fabs(shown[at + i]) < EMPTY);
         at += kmp_output_width(model, &model->outputs[o]);

@@ -13,8 +13,8 @@ typedef struct kmp_shared_loads {
     bool (*of_body)[KMP_LOAD_SIZE];    /* body_count: of the joint that carries a body */
     bool (*of_closure)[KMP_LOAD_SIZE]; /* closure_count */
     bool *of_rows;                     /* closure_count: a multiplier of a row that coordinates move is shared */
-    bool loaded; /* masses that move or gravity load such components: they are not zero in all joints */
-    bool told;   /* they are loaded, or not zero in the loads of kmp_shared_loads_between: users must know of them */
+    bool loaded;  /* masses that move or gravity load such components: they are not zero in all joints */
+    bool matters; /* they are loaded, or not zero in the loads of kmp_shared_loads_between: users must know of them */
 } kmp_shared_loads;
 
 /** Finds them at (t, q), a closed configuration in the user's own charts. KEMPE_E_MEMORY. */
@@ -42,8 +42,8 @@ kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], co
 
 /** Warns of these, and doubts friction that depends on them. *text ("" without any, in the arena): their names, as
  * kmp_put_shared_loads has them. Loads that are not printed cause no warning. */
-kempe_status kmp_tell_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
-                                   kmp_arena *arena, const char **text);
+kempe_status kmp_report_shared_loads(const kempe_system *system, const kmp_shared_loads *found, bool least_norm,
+                                     kmp_arena *arena, const char **text);
 
 /** Doubts only friction that depends on them, at a closed state q, for a study whose other loads are its own concern.
  * True: there is some. False without a message where memory is exhausted, and while the context is quiet. */

@@ -12,9 +12,9 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/state_ends.h"
+#include "constraints/evaluation/validity.h"
 #include "dynamics/motion.h"
 #include "model/data/force.h"
 #include "model/data/state.h"
@@ -457,7 +457,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
     if (follows)
         eval->changes = kmp_machine_new(s->changes, use == KMP_EVAL_STEPS ? waiting : seldom);
     bool made = eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
-    eval->left_tables = kmp_left_tables_new(s, &eval->arena);
+    eval->validity = kmp_validity_marks_new(s, &eval->arena);
     eval->state_ends = kmp_state_ends_new(s, &eval->arena);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),

@@ -9,7 +9,7 @@
 #include "dynamics/system.h"
 
 typedef struct kmp_load_work kmp_load_work;
-typedef struct kmp_left_tables kmp_left_tables;
+typedef struct kmp_validity_marks kmp_validity_marks;
 typedef struct kmp_state_ends kmp_state_ends;
 
 typedef struct kmp_evaluator {
@@ -56,7 +56,7 @@ typedef struct kmp_evaluator {
     double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
     kmp_load_work *load;         /* of kmp_load_settle */
-    kmp_left_tables *left_tables;
+    kmp_validity_marks *validity;
     kmp_state_ends *state_ends;
 } kmp_evaluator;
 

@@ -8,14 +8,14 @@
 #include <string.h>
 
 struct kmp_state_ends {
-    bool *told;     /* of each condition: the result has a warning of it */
+    bool *reported; /* of each condition: the result has a warning of it */
     double *change; /* of each condition at the last state */
 };
 
 kmp_state_ends *kmp_state_ends_new(const kempe_system *system, kmp_arena *arena)
 {
     kmp_state_ends *ends = KMP_ARENA_NEW(arena, kmp_state_ends, 1);
-    return ends && KMP_ARENA_MAKE(arena, KMP_ROOM(bool, system->events.count, &ends->told),
+    return ends && KMP_ARENA_MAKE(arena, KMP_ROOM(bool, system->events.count, &ends->reported),
                                   KMP_ROOM(double, system->events.count, &ends->change))
                ? ends
                : NULL;
@@ -103,12 +103,12 @@ void kmp_eval_doubt_ends(kmp_evaluator *eval, kmp_ends_judged judged, double t, 
 {
     int from = 0;
     for (int k; (k = kmp_eval_next_end(eval, judged, t, q, qd, qdd, lambda, &from)) >= 0;) {
-        if (eval->state_ends->told[k])
+        if (eval->state_ends->reported[k])
             continue;
         kmp_text text = {0};
         kmp_put_end(&text, eval->system, k, t);
         kmp_doubt(eval->system->context, KMP_RUN_WOULD_END, text.s ? text.s : "");
         kmp_text_free(&text);
-        eval->state_ends->told[k] = true;
+        eval->state_ends->reported[k] = true;
     }
 }

@@ -111,7 +111,7 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
     return true;
 }
 
-/* True if all values are finite, as far as an evaluator without M tells. */
+/* True if all values are finite, as far as an evaluator without M can decide. */
 static bool is_finite_without_mass(kmp_evaluator *eval, double t, const double *q, const double *qd)
 {
     const kempe_system *s = eval->system;

@@ -332,7 +332,7 @@ bool kmp_writer_machine_applies(kmp_writer_machine *w)
 }
 
 /* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is the order
- * of complete pivoting at the state where the program is written; bounds of the multipliers tell at other states where
+ * of complete pivoting at the state where the program is written; bounds of the multipliers show at other states where
  * it fails. */
 
 /* A diagonal block: its matrix, then its factors; rows in the order of elimination. */

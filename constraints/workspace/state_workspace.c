@@ -7,9 +7,9 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/state_ends.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
@@ -225,7 +225,7 @@ static void workspace_copy(kempe_workspace *ws)
     memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
-/* The message of a condition that ends runs, or of one that is told at the state, unless one is there. */
+/* The message of a condition that ends runs, or of one whose validity ends at the state, unless one is there. */
 static void note_doubt(kempe_workspace *ws)
 {
     int from = 0;
@@ -239,12 +239,12 @@ static void note_doubt(kempe_workspace *ws)
         kmp_text_free(&text);
     }
     from = 0;
-    const int told = ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL)
-                         ? kmp_eval_next_told(ws->eval, &from)
-                         : -1;
-    if (told >= 0) {
+    const int invalid = ws->message[0] == '\0' && kmp_eval_validity(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL)
+                            ? kmp_eval_next_invalid(ws->eval, &from)
+                            : -1;
+    if (invalid >= 0) {
         kmp_text text = {0};
-        kmp_eval_put_told(ws->eval, told, ws->t, &text);
+        kmp_eval_put_invalid(ws->eval, invalid, ws->t, &text);
         (void)kmp_workspace_fail(ws, "%s", text.s ? text.s : "");
         kmp_text_free(&text);
     }

@@ -160,7 +160,7 @@
     };
     const renewNames = () => {
         if (isFlexible) hidePlaces(scene.picture, hidden);
-        tellNames(scene.picture.bodies, hidden, () => { renewNames(); drawScene(); });
+        writeNames(scene.picture.bodies, hidden, () => { renewNames(); drawScene(); });
     };
     const drawScene = () => {
         if (!scene) return;

@@ -61,6 +61,12 @@ KEMPE_API kempe_status kempe_context_set_joint_limits(kempe_context *context, in
 KEMPE_API kempe_status kempe_model_start_at(const kempe_model *model, const double *q, const double *qd,
                                             kempe_model **started);
 
+/** Makes a model that starts in a state by its word, as the key `at` of its `start` (docs/model/start.md): "start" is
+ * the assembled start; "equilibrium" is the equilibrium to which that leads, also of an instance with other parameters;
+ * "equilibrium NAME=RATE,.." is the steady motion with these rates. It is searched by every computation that begins at
+ * the start. The model must outlive it. KEMPE_E_ARGUMENT: another word, or this build has no equilibria. */
+KEMPE_API kempe_status kempe_model_start_in(const kempe_model *model, const char *state, kempe_model **started);
+
 /* Inputs of a model: functions of time that are given to a run (docs/model/inputs.md). A stepper (kempe/stepper.h) or a
  * workspace (kempe/workspace.h) takes other values. Values here are in SI. */
 

@@ -13,7 +13,7 @@ typedef enum kmp_condition_kind {
     KMP_CONDITION_KINK,     /* of min, max, abs: 0 while its branch is not fixed */
     KMP_CONDITION_PASSES,   /* a number of friction or of a contact: that it is negative is an event */
     KMP_CONDITION_NUMBER,   /* another number of these */
-    KMP_CONDITION_TOLD      /* that it holds is said; no event */
+    KMP_CONDITION_VALIDITY  /* where it is negative the motion is doubted; no event */
 } kmp_condition_kind;
 
 /** True if a value differs from the state that is fixed: the condition has changed. */

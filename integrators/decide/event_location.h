@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The earliest change of conditions within a part of a step whose ends tell that there is one: each condition is
+/* The earliest change of conditions within a part of a step whose ends show that there is one: each condition is
  * narrowed to rounding, one after the other, to the earliest time so far (base/bracket.h). The search of runs, of lanes
  * and of generated simulators, which have this file too, for a site that evaluates the motion. */
 #pragma once

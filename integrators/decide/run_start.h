@@ -8,6 +8,13 @@
 
 /* -- the rate of a motion and tolerances ---------------------------------------------------------------- */
 
+/** The rate, 1/s, of a motion that is not known yet: at most 1 over the span, and at most the rate of a pendulum as
+ * long as the mechanism, where there is gravity (m/s^2). A short run does not make a resting mechanism fast. */
+KMP_INLINE double kmp_start_least_rate(double span, double gravity, double length)
+{
+    return gravity > 0 ? fmin(1 / span, sqrt(gravity / length)) : 1 / span;
+}
+
 /** The rate of the motion, 1/s, of which tolerances of rates are: at least `least`, of n coordinates with their scales,
  * without states of the model. */
 KMP_INLINE double kmp_start_rate(int n, const double *scale, const double *qd, const double *qdd, double least)

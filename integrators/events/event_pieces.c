@@ -70,7 +70,7 @@ KMP_LOCAL kmp_bound kmp_bound_still(double x)
 /* -- decided conditions --------------------------------------------------------------------------------- */
 
 /* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. Without
- * a bound on the rate, as of the size of a reaction that may be zero, the ends tell nothing. */
+ * a bound on the rate, as of the size of a reaction that may be zero, the ends show nothing. */
 static double cone(double h, double x, double y, double down, double up)
 {
     if (!(up - down < INFINITY))

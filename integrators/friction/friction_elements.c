@@ -160,11 +160,11 @@ KMP_LOCAL int kmp_friction_measure(kmp_friction_run *x, double t, const double *
     return x->site->measure(x->site->self, t, q, qd, x->change);
 }
 
-KMP_LOCAL void kmp_friction_tell(const kmp_friction_run *x, kmp_friction_fact fact, int element, double t,
-                                 double number)
+KMP_LOCAL void kmp_friction_report(const kmp_friction_run *x, kmp_friction_fact fact, int element, double t,
+                                   double number)
 {
-    if (x->site->tell)
-        x->site->tell(x->site->self, fact, element, t, number);
+    if (x->site->report)
+        x->site->report(x->site->self, fact, element, t, number);
 }
 
 KMP_LOCAL void kmp_friction_begin(kmp_friction_run *x)

@@ -73,8 +73,8 @@ KMP_LOCAL void kmp_friction_begin(kmp_friction_run *x);
 KMP_LOCAL void kmp_friction_note_values(kmp_friction_run *x);
 
 /** Notes a fact of an element (-1: none) in the log of the site. */
-KMP_LOCAL void kmp_friction_tell(const kmp_friction_run *x, kmp_friction_fact fact, int element, double t,
-                                 double number);
+KMP_LOCAL void kmp_friction_report(const kmp_friction_run *x, kmp_friction_fact fact, int element, double t,
+                                   double number);
 
 /** Lets go of all rows. */
 KMP_LOCAL void kmp_friction_let_go(kmp_friction_run *x);

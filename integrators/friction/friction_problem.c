@@ -469,7 +469,7 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
 }
 
 /* True if another element, friction at rest that has a part of its level left, has the place of element i or a multiple
- * of it. An acceleration of only one of them, as of two feet with straight bars between them, tells that the places
+ * of it. An acceleration of only one of them, as of two feet with straight bars between them, shows that the places
  * differ. A contact whose load is used up stays closed there: it opens with the friction, at one instant. */
 static bool is_kept(const kmp_friction_run *x, int i)
 {
@@ -658,7 +658,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     if (first < 0)
         return friction_complain(x, t, q, qd);
     if (found > 1)
-        kmp_friction_tell(x, KMP_FRICTION_TELLS_SEVERAL, -1, t, found);
+        kmp_friction_report(x, KMP_FRICTION_FACT_SEVERAL, -1, t, found);
     KMP_FRICTION_TRY(try_modes(x, first, t, q, qd));
     (void)is_consistent(x, first, rate);
     for (int k = 0; k < x->rest; k++) { /* the ones that slip break away */
@@ -1010,7 +1010,7 @@ static bool is_as_before(const kmp_friction_element *e)
 {
     bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
          rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
-    if (e->across == 2) /* the first component tells of both */
+    if (e->across == 2) /* the first component decides for both */
         return true;
     bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
@@ -1038,7 +1038,7 @@ static int watch(kmp_friction_run *x, double t, double rate)
 }
 
 /* Tells at the start of levels that grow so much with the friction that there may be several solutions or none. */
-static int tell_growth(kmp_friction_run *x, double t, const double *q, const double *qd)
+static int report_growth(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
     double growth;
     int most;
@@ -1048,7 +1048,7 @@ static int tell_growth(kmp_friction_run *x, double t, const double *q, const dou
     else
         KMP_FRICTION_TRY(status);
     if (status == 0 && growth >= 1)
-        kmp_friction_tell(x, KMP_FRICTION_TELLS_GROWTH, most, t, growth);
+        kmp_friction_report(x, KMP_FRICTION_FACT_GROWTH, most, t, growth);
     return 0;
 }
 
@@ -1116,7 +1116,7 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         x->element[i].was = x->element[i].stance;
         x->element[i].before_sense = x->element[i].sense;
     }
-    KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : tell_growth(x, t, q, qd));
+    KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : report_growth(x, t, q, qd));
     int status = decide_connected(x, t, q, qd);
     if (status == x->site->failed && x->site->is_unsettled(x->site->self)) {
         x->cause = KMP_FRICTION_LOADS;
@@ -1133,9 +1133,9 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         bool leaves = e->smooth && e->stance != KMP_FRICTION_SMOOTH; /* it is no longer regularised */
         e->smooth = e->smooth && !leaves;
         if (leaves)
-            kmp_friction_tell(x, KMP_FRICTION_TELLS_LEFT, i, t, e->regularise);
+            kmp_friction_report(x, KMP_FRICTION_FACT_LEFT, i, t, e->regularise);
         if (changes)
-            kmp_friction_tell(x, KMP_FRICTION_TELLS_CHANGE, i, t, e->sense);
+            kmp_friction_report(x, KMP_FRICTION_FACT_CHANGE, i, t, e->sense);
         e->known = true;
         e->struck = false;
         e->stopped = 0;

@@ -30,10 +30,10 @@ typedef enum kmp_friction_cause {
 
 /* Facts of a decision for the log. */
 typedef enum kmp_friction_fact {
-    KMP_FRICTION_TELLS_SEVERAL, /* number: combinations of modes that are possible */
-    KMP_FRICTION_TELLS_GROWTH,  /* the level of an element grows so much with friction: number */
-    KMP_FRICTION_TELLS_CHANGE,  /* the mode of an element */
-    KMP_FRICTION_TELLS_LEFT     /* an element is no longer regularised */
+    KMP_FRICTION_FACT_SEVERAL, /* number: combinations of modes that are possible */
+    KMP_FRICTION_FACT_GROWTH,  /* the level of an element grows so much with friction: number */
+    KMP_FRICTION_FACT_CHANGE,  /* the mode of an element */
+    KMP_FRICTION_FACT_LEFT     /* an element is no longer regularised */
 } kmp_friction_fact;
 
 /* Numbers of the motion. */
@@ -81,5 +81,5 @@ typedef struct kmp_friction_site {
     /** Returns `failed`, with a sentence. */
     int (*fail)(void *self, kmp_friction_failure failure, double t);
     /** Notes a fact of an element (-1: none). NULL: it is not read. */
-    void (*tell)(void *self, kmp_friction_fact fact, int element, double t, double number);
+    void (*report)(void *self, kmp_friction_fact fact, int element, double t, double number);
 } kmp_friction_site;

@@ -210,8 +210,8 @@ static bool take_plastic(kmp_impact_run *p, double t)
     }
     if (!held || !rebounds)
         return false;
-    if (p->site->tell_plastic)
-        p->site->tell_plastic(self_of(p), t, NAN);
+    if (p->site->report_plastic)
+        p->site->report_plastic(self_of(p), t, NAN);
     memset(p->e, 0, (size_t)p->count * sizeof *p->e);
     return true;
 }
@@ -310,8 +310,8 @@ static bool is_last(const kmp_impact_run *p, int k, double since, double least)
 
 static void note_impacts(kmp_impact_run *p, double t, double gain)
 {
-    if (p->site->tell_impact)
-        p->site->tell_impact(self_of(p), p, t, p->site->kinetic(self_of(p), p->before), gain);
+    if (p->site->report_impact)
+        p->site->report_impact(self_of(p), p, t, p->site->kinetic(self_of(p), p->before), gain);
     for (int k = 0; k < p->count; k++) {
         kmp_friction_element *e = kmp_impact_element(p, k);
         double sum = 0;
@@ -332,8 +332,8 @@ static int keep_from_gaining(kmp_impact_run *p, double t, double *qd, double *ga
 {
     if (p->site->driven || *gain <= KMP_IMPACT_GAIN * p->site->kinetic(self_of(p), p->before))
         return 0;
-    if (p->site->tell_plastic)
-        p->site->tell_plastic(self_of(p), t, *gain);
+    if (p->site->report_plastic)
+        p->site->report_plastic(self_of(p), t, *gain);
     memset(p->e, 0, (size_t)p->count * sizeof *p->e);
     KMP_FRICTION_TRY(solve_impulses(p, t));
     *gain = apply(p, qd);
@@ -357,8 +357,8 @@ static void end_sequences(kmp_impact_run *p, double t, double rate)
         p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
         if (!is_last(p, k, since, least))
             continue;
-        if (p->site->tell_sequence)
-            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
+        if (p->site->report_sequence)
+            p->site->report_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
         p->e[k] = 0;
     }
 }

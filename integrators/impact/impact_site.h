@@ -31,7 +31,7 @@ typedef struct kmp_impact_site {
     /** Notes for a log; NULL: they are not read. The impacts of an element accumulate at the time `end`; an impact of
      * the gain of energy, J; one that would gain this energy (NAN: whose rebound an element without a limit holds) is
      * taken without restitution. */
-    void (*tell_sequence)(void *self, int element, double t, double since, double end);
-    void (*tell_impact)(void *self, const struct kmp_impact_run *p, double t, double before, double gain);
-    void (*tell_plastic)(void *self, double t, double gain);
+    void (*report_sequence)(void *self, int element, double t, double since, double end);
+    void (*report_impact)(void *self, const struct kmp_impact_run *p, double t, double before, double gain);
+    void (*report_plastic)(void *self, double t, double gain);
 } kmp_impact_site;

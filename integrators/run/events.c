@@ -6,7 +6,7 @@
 #include "integrators/run/events.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
@@ -29,18 +29,18 @@ enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another o
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-/* True if the value of condition k is to be told. */
-static bool is_to_tell(const kmp_event_tracker *c, int k, double change)
+/* True if the value of condition k violates its validity. */
+static bool is_invalid(const kmp_event_tracker *c, int k, double change)
 {
-    return kmp_condition_tells(&c->s->events.condition[k], change, c->past[k].largest);
+    return kmp_condition_invalid(&c->s->events.condition[k], change, c->past[k].largest);
 }
 
 /* Notes that a table is left, or a level negative, at one of the places that have been evaluated, or forgets it: it
  * need not be found. */
 static void note_outside(kmp_event_tracker *c, const double *change)
 {
-    for (int k = 0; c->tells && k < c->s->events.count; k++)
-        c->past[k].outside = change && (c->past[k].outside || is_to_tell(c, k, change[k]));
+    for (int k = 0; c->watches_validity && k < c->s->events.count; k++)
+        c->past[k].outside = change && (c->past[k].outside || is_invalid(c, k, change[k]));
 }
 
 /* Completes the state at t and evaluates the conditions there, into a probe. */
@@ -95,13 +95,13 @@ static void note_peak(kmp_event_tracker *c, int k, double t, double size)
     v->count = v->count > 0 ? 2 : 1;
 }
 
-/* True if what condition k tells has been reported: of a table at either of its ends and calls, of a friction by any of
- * its levels. */
-static bool is_told(const kmp_event_tracker *c, int k)
+/* True if the violation of condition k has been reported: of a table at either of its ends and calls, of a friction by
+ * any of its levels. */
+static bool is_reported(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = c->s->events.condition;
     for (int i = 0; i < c->s->events.count; i++)
-        if (c->past[i].told && kmp_conditions_tell_the_same(&condition[i], &condition[k]))
+        if (c->past[i].reported && kmp_validities_equal(&condition[i], &condition[k]))
             return true;
     return false;
 }
@@ -109,27 +109,27 @@ static bool is_told(const kmp_event_tracker *c, int k)
 static void log_table(const kmp_event_tracker *c, const kmp_condition *condition, double value, double t)
 {
     double x;
-    if (condition->told != KMP_TOLD_TABLE)
+    if (condition->validity != KMP_VALIDITY_TABLE)
         return;
     const kmp_named_table *table = condition->expr->table;
-    const int end = kmp_told_end(condition, value, &x);
+    const int end = kmp_validity_end(condition, value, &x);
     kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
                     table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1));
 }
 
 /* Reports the tables that the motion has left, and the levels that are negative, by an evaluation at t. */
-static void event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
+static void event_tracker_report(kmp_event_tracker *c, double t, const double *change)
 {
-    for (int k = 0; c->tells && k < c->s->events.count; k++) {
+    for (int k = 0; c->watches_validity && k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
-        if (condition->told == KMP_TOLD_LEVEL)
+        if (condition->validity == KMP_VALIDITY_LEVEL)
             c->past[k].largest = fmax(c->past[k].largest, fabs(change[k]));
-        if (!is_to_tell(c, k, change[k]))
+        if (!is_invalid(c, k, change[k]))
             continue;
         atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
-        const bool told = is_told(c, k);
-        c->past[k].told = true;
-        if (told)
+        const bool reported = is_reported(c, k);
+        c->past[k].reported = true;
+        if (reported)
             continue;
         log_table(c, condition, change[k], t);
         kmp_doubt_condition(c->s, condition, change[k], t);
@@ -144,7 +144,7 @@ static void note_sizes(kmp_event_tracker *c, double t, const double *change)
         if (c->s->events.condition[k].measured && c->mode[k] > 0)
             note_peak(c, k, t, fabs(change[k]));
     }
-    event_tracker_tell(c, t, change);
+    event_tracker_report(c, t, change);
 }
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
@@ -230,15 +230,15 @@ static void bind(void *self, const kmp_step_piece *p, const bool *open)
     run_bounds(c, few);
 }
 
-/* A motion that passes the value zero of what condition k tells by less does not pass it. */
-static double told_slack(const kmp_event_tracker *c, int k)
+/* A motion that passes the value zero of condition k of validity by less does not pass it. */
+static double validity_slack(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
-    if (condition->told == KMP_TOLD_LEVEL)
+    if (condition->validity == KMP_VALIDITY_LEVEL)
         return KMP_LEVEL_ROUNDING * c->past[k].largest;
-    if (condition->told == KMP_TOLD_DEFLECTION)
+    if (condition->validity == KMP_VALIDITY_DEFLECTION)
         return KMP_DEFLECTION_SLACK;
-    if (condition->told == KMP_TOLD_ROTATION)
+    if (condition->validity == KMP_VALIDITY_ROTATION)
         return 0;
     const kmp_named_table *table = condition->expr->table;
     const int end = condition->number - kmp_table_end_number(table, 0);
@@ -250,12 +250,12 @@ static kmp_bound bound_of(const void *self, int k)
     const kmp_event_tracker *c = self;
     const kmp_condition *condition = &c->s->events.condition[k];
     kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
-    if (condition->told == KMP_TOLD_NOTHING)
+    if (condition->validity == KMP_VALIDITY_NONE)
         return bound;
-    const double slack = told_slack(c, k);
+    const double slack = validity_slack(c, k);
     bound.low += slack;
     bound.high += slack;
-    return c->past[k].told || c->past[k].outside ? kmp_bound_still(1) : bound;
+    return c->past[k].reported || c->past[k].outside ? kmp_bound_still(1) : bound;
 }
 
 static bool holds(const void *self, int k)
@@ -272,12 +272,12 @@ static bool may_change(const void *self, int k)
     if (c->search.away.now && c->search.away.far[k])
         return false;
     const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
-    if (c->s->events.condition[k].told == KMP_TOLD_ROTATION || c->never[k])
+    if (c->s->events.condition[k].validity == KMP_VALIDITY_ROTATION || c->never[k])
         return false;
-    if (c->s->events.condition[k].told == KMP_TOLD_DEFLECTION &&
+    if (c->s->events.condition[k].validity == KMP_VALIDITY_DEFLECTION &&
         fmin(c->search.ends[0]->change[k], c->search.ends[1]->change[k]) > KMP_DEFLECTION_SMALL)
         return false;
-    return c->kind[k] == KMP_CONDITION_TOLD ||
+    return c->kind[k] == KMP_CONDITION_VALIDITY ||
            kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
 }
 
@@ -654,7 +654,7 @@ static void find_never(kmp_event_tracker *c)
         kmp_bounds_set(s->bounds, k, any);
     kmp_bounds_run(s->bounds, true);
     for (int k = 0; k < c->s->events.count; k++)
-        c->never[k] = c->s->events.condition[k].told == KMP_TOLD_LEVEL && !s->bounds->given[s->output[k]] &&
+        c->never[k] = c->s->events.condition[k].validity == KMP_VALIDITY_LEVEL && !s->bounds->given[s->output[k]] &&
                       kmp_bounds_get(s->bounds, s->output[k]).low >= 0;
 }
 
@@ -675,12 +675,12 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     for (int k = 0; c->kind && k < count; k++) {
         const kmp_condition *x = &system->events.condition[k];
         c->kind[k] = x->role == KMP_ROLE_SENSE || x->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES
-                     : x->told != KMP_TOLD_NOTHING                         ? KMP_CONDITION_TOLD
+                     : x->validity != KMP_VALIDITY_NONE                    ? KMP_CONDITION_VALIDITY
                      : x->role != KMP_ROLE_NONE                            ? KMP_CONDITION_NUMBER
                      : x->kink                                             ? KMP_CONDITION_KINK
                      : x->ends                                             ? KMP_CONDITION_ENDS
                                                                            : KMP_CONDITION_SWITCHES;
-        c->tells = c->tells || x->told != KMP_TOLD_NOTHING;
+        c->watches_validity = c->watches_validity || x->validity != KMP_VALIDITY_NONE;
     }
     c->size = KMP_ARENA_NEW(a, double, count);
     for (int k = 0; c->size && k < count; k++)
@@ -770,7 +770,7 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
 
 void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t)
 {
-    event_tracker_tell(c, t, c->change);
+    event_tracker_report(c, t, c->change);
     for (int k = 0; k < c->s->events.count; k++)
         if (c->s->events.condition[k].at_start && c->change[k] < 0) {
             atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
@@ -783,7 +783,7 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
         any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink ||
-              c->s->events.condition[k].told || c->s->events.condition[k].at_start;
+              c->s->events.condition[k].validity || c->s->events.condition[k].at_start;
     *ends = false;
     if (!any)
         return KEMPE_OK;

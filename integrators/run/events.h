@@ -56,7 +56,7 @@ typedef struct kmp_condition_past {
     double largest;         /* its largest value so far, at ends of steps */
     double peak;            /* of a measured condition: the largest value, by parabolas, since the last change */
     kmp_last_values latest; /* used of measured ones */
-    bool told, outside;     /* of the end of a table: it has been reported; it is passed in the present step */
+    bool reported, outside; /* of a condition of validity: it has been reported; it is violated in the present step */
     int repeats;            /* changes without time between them */
 } kmp_condition_past;
 
@@ -97,7 +97,7 @@ typedef struct kmp_event_tracker {
     double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     bool stuck;                    /* a condition changed back and forth without end */
     bool *never;                   /* of each condition: a level that is not negative for any numbers */
-    bool tells;                    /* ends of tables are among the conditions */
+    bool watches_validity;         /* conditions of validity are among the conditions */
     bool *stays;                   /* of each condition: it is not evaluated until the next event */
     bool *beyond;                  /* of each condition: the present event has passed it */
     double looked;                 /* time of the last look at the conditions */
@@ -165,8 +165,8 @@ void kmp_event_tracker_put_beyond(const kmp_event_tracker *tracker, double t, do
  * side in an evaluation before (NULL: there is none) stays free. */
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change);
 
-/** Doubts the start of the run for the conditions that are told there, and logs the conditions of which a run warns,
- * where they hold; notes them for ensembles. */
+/** Doubts the start of the run for conditions of validity that are violated there, and logs the conditions of which a
+ * run warns, where they hold; notes them for ensembles. */
 void kmp_event_tracker_mark_start(kmp_event_tracker *c, double t);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */

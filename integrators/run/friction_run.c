@@ -7,6 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/friction/friction_problem.h"
@@ -15,7 +16,9 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/data/rope.h"
+#include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
@@ -151,9 +154,19 @@ static kmp_friction_numbers numbers(const void *self)
         .span = kmp_friction_span(run), .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
 }
 
+/* The rate of a motion that is not known yet. */
+static double least_pace(const kmp_runner *run)
+{
+    double g[3];
+    for (int i = 0; i < 3; i++)
+        g[i] = kmp_number_at(&run->s->model->gravity[i], run->s->parameters);
+    return kmp_start_least_rate(run->spec.t_end - run->spec.t_start, hypot(hypot(g[0], g[1]), g[2]), run->s->length);
+}
+
 double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
-    double rate = fmax(run->rate_scale, 1 / (run->spec.t_end - run->spec.t_start));
+    const bool known = run->rate_scale > 1 / run->spec.t_end; /* otherwise it is the rate of the span */
+    double rate = fmax(known ? run->rate_scale : 0, least_pace(run));
     for (int i = 0; i < run->s->n; i++)
         rate = fmax(rate, fabs(qd[i]) / run->s->scale[i]);
     return rate;
@@ -478,7 +491,7 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
-static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
     const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.friction->element[element];
@@ -487,13 +500,13 @@ static void tell(void *self, kmp_friction_fact fact, int element, double t, doub
             run->log, "solutions", t, number, NAN,
             "%d combinations of slip and stick are possible; the run continues with the one nearest to the last",
             (int)number);
-    } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
+    } else if (fact == KMP_FRICTION_FACT_CHANGE) {
         const kmp_friction_element *named = e->twin < 0 ? e : &run->sticking.friction->element[e->base];
         const kmp_contact_words words = kmp_contact_words_of(run->s->model, name_of(run, named));
         const bool rope = e->contact && strcmp(words.noun, "rope") == 0;
         kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "%s'%s%s' %s",
                         rope ? "rope " : "", name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e, &words));
-    } else if (fact == KMP_FRICTION_TELLS_LEFT) {
+    } else if (fact == KMP_FRICTION_FACT_LEFT) {
         kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g s",
                         name_of(run, e), e->smooth_t, t);
     } else {
@@ -623,7 +636,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
                                 .forget = forget,
                                 .forget_loads = forget_loads,
                                 .fail = fail,
-                                .tell = tell};
+                                .report = report};
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
     x->count = count;

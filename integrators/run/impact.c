@@ -108,7 +108,7 @@ static int fail(void *self, kmp_impact_failure failure, double t, int count, con
     return (int)kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
-static void tell_sequence(void *self, int element, double t, double since, double end)
+static void report_sequence(void *self, int element, double t, double since, double end)
 {
     const kmp_runner *run = self;
     const char *name = force_of(run, &run->sticking.friction->element[element])->name;
@@ -133,7 +133,7 @@ static bool are_at_corner(const kmp_contact_pair *a, const kmp_contact_pair *b)
 }
 
 /* Points that strike a side so near to a sharp corner that rounding may decide which side they meet. */
-static void tell_corners(const kmp_runner *run, const kmp_impact_run *p, double t)
+static void report_corners(const kmp_runner *run, const kmp_impact_run *p, double t)
 {
     const kmp_friction_run *x = p->friction;
     for (int k = 0; k < p->count; k++)
@@ -151,7 +151,7 @@ static void tell_corners(const kmp_runner *run, const kmp_impact_run *p, double 
         }
 }
 
-static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)
+static void report_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)
 {
     const kmp_runner *run = self;
     kmp_text names = {0};
@@ -169,10 +169,10 @@ static void tell_impact(void *self, const kmp_impact_run *p, double t, double be
     kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: kinetic energy %s by %.4g of %.4g J",
                     names.s ? names.s : "impact", gain > 0 ? "grows" : "falls", fabs(gain), before);
     kmp_text_free(&names);
-    tell_corners(run, p, t);
+    report_corners(run, p, t);
 }
 
-static void tell_plastic(void *self, double t, double gain)
+static void report_plastic(void *self, double t, double gain)
 {
     const kmp_runner *run = self;
     if (isnan(gain))
@@ -208,9 +208,9 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
                                 .weigh = weigh,
                                 .kinetic = kinetic,
                                 .fail = fail,
-                                .tell_sequence = tell_sequence,
-                                .tell_impact = tell_impact,
-                                .tell_plastic = tell_plastic};
+                                .report_sequence = report_sequence,
+                                .report_impact = report_impact,
+                                .report_plastic = report_plastic};
     p->site = &x->site;
     p->friction = run->sticking.friction;
     p->n = n;

@@ -263,7 +263,7 @@ static kempe_status find_time_scales(kmp_runner *run)
     for (int k = 0; k < s->events.count; k++)
         run->events.watch_loads =
             run->events.watch_loads || (s->events.condition[k].late && s->events.condition[k].role == KMP_ROLE_NONE &&
-                                        !s->events.condition[k].told);
+                                        !s->events.condition[k].validity);
     if (kmp_system_watches_loads(s))
         KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_ALL, &run->arena,
                                      &run->scales_at_rest));

@@ -639,7 +639,7 @@ static double step_it_had(const kmp_runner *run, double t)
 double kmp_runner_step_size(const kmp_runner *run)
 {
     double t = kmp_runner_t(run);
-    bool begins = t == run->spec.t_start && run->spec.first_step > 0; /* not every integrator tells its next step */
+    bool begins = t == run->spec.t_start && run->spec.first_step > 0; /* not every integrator reports its next step */
     return !run->kind->corrects ? 0 : begins ? run->spec.first_step : step_it_had(run, t);
 }
 

@@ -45,7 +45,7 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t);
  * leaves its unknowns no more. Asked before kmp_runner_restart, which makes it so. */
 bool kmp_runner_takes_unknowns_again(kmp_runner *run);
 
-/** Before the formulation may change its unknowns, and after it did: the first tells it whether they have lasted long
+/** Before the formulation may change its unknowns, and after it did: the first says whether they have lasted long
  * enough for lanes; the second, before the start at t with a step *h, takes an integrator without lanes where it has
  * made none. */
 void kmp_runner_end_unknowns(kmp_runner *run);

@@ -280,7 +280,7 @@ static kempe_status measure_bodies(kmp_runner *run, const double *q, const doubl
 }
 
 /* Relative difference of the accelerations at the start between articulated bodies and M and C. Both may be right
- * within the condition of the system where it is large, as on a long chain: the backward error tells. */
+ * within the condition of the system where it is large, as on a long chain: the backward error decides. */
 static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off, bool *good)
 {
     const kempe_system *s = run->s;

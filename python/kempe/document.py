@@ -130,6 +130,8 @@ def set_start(document: Document, before: Mapping[str, Any], now: Mapping[str, A
         start["goals"] = dict.fromkeys(before["goals"])  # None: not a goal, also of an included file
         if start.get("elastic") == "static" and not now["statics"]:
             start["elastic"] = "held"
+    if now["at"] != before["at"]:
+        start["at"] = now["at"]
     if qd:
         start["qd"] = {**dict.fromkeys(before["qd"]), **now["qd"]}
     given = {name: now["states"][name] for name in states}

@@ -374,7 +374,7 @@ class Model(Fixed):
         made: dict[str, Any] = json.loads(self._context.text(lib.python_start, self._pointer))
         return made
 
-    def _put_start(self, document: Document, before: Model, q: Array | None, qd: Array | None) -> None:
+    def _put_start(self, document: Document, before: Model, q: Array | None, qd: Array | None, _at: str | None = None) -> None:
         """Puts the start that this model has into the entries of the model before."""
         states = [name for name, value in zip(self.coordinates, () if qd is None else qd) if name in self.states and value == value]
         set_start(document, before._given_start(), self._given_start(), q is not None, qd is not None, states)
@@ -444,10 +444,11 @@ class Model(Fixed):
             self._system = made
         return made
 
-    def start_at(self, q: Start | None = None, qd: Start | None = None) -> Model:
+    def start_at(self, q: Start | None = None, qd: Start | None = None, at: str | None = None) -> Model:
         """The model with another start, in every computation: as `start` of a model file, but independent coordinates keep the
         given values. q, qd: arrays in the order of `coordinates`, or mappings with some of their names; other coordinates start
         as in the model, and follow where the loops need it. Goals of the model do not count when q is given. Values of states are in qd.
+        at: "equilibrium", to which this start leads, or "equilibrium NAME=RATE,..", a steady motion; "start": the start itself.
 
         Raises FailedError if the loops cannot be closed there or values contradict each other; the message has the gap and the
         coordinates. Raises ArgumentError if there is no such coordinate. Raises ValueError if a value is not finite or an array has
@@ -457,11 +458,14 @@ class Model(Fixed):
         >>> run = lifted.simulate(t_end=0.5)
         >>> float(run.q[0, 0]), float(run.qd[0, 0])
         (1.5, 2.0)
+        >>> rests = Model("four_bar.yaml").start_at(at="equilibrium").simulate(t_end=0.5)
+        >>> bool(abs(rests.q[-1] - rests.q[0]).max() < 1e-9)
+        True
         """
         names, states = self.coordinates, self.coordinates[len(self.coordinates) - len(self.states) :]
         row = start_row("q", q, names, states)
         self._warn_of_degrees(row)
-        return self._start_at(row, start_row("qd", qd, names, ()))
+        return self._start_at(row, start_row("qd", qd, names, ()), at)
 
     def _warn_of_degrees(self, row: Array | None) -> None:
         """A warning of an angle that is a whole number of radians beyond one turn, as degrees are."""
@@ -478,24 +482,29 @@ class Model(Fixed):
                     f"q: '{name}' is {row[k]:g} rad, {turns:.3g} turns: numpy.radians makes them of degrees", KempeWarning, level_of_caller()
                 )
 
-    def _start_at(self, q: Array | None, qd: Array | None) -> Model:
+    def _start_at(self, q: Array | None, qd: Array | None, at: str | None) -> Model:
         """As start_at, of a value for each coordinate, NaN where none is given."""
-        rows = [None if row is None else row.tobytes() for row in (q, qd)]
-        if self._started is None or self._started[0] != rows:
-            arguments = [optional(row, len(self.coordinates), "") for row in (q, qd)]
-            made = self._context.make(
-                Model, lib.kempe_model_start_at, self._pointer, *arguments, owners=(self._pointer,), long=False
-            )
-            self._started = rows, Model._of(self._context, made._pointer, (_start_again, (self._recipe, q, qd)))
+        key = [*(None if row is None else row.tobytes() for row in (q, qd)), at]
+        if self._started is None or self._started[0] != key:
+            pointer = self._pointer
+            if q is not None or qd is not None or at is None:
+                arguments = [optional(row, len(self.coordinates), "") for row in (q, qd)]
+                made = self._context.make(Model, lib.kempe_model_start_at, pointer, *arguments, owners=(pointer,), long=False)
+                pointer = made._pointer
+            if at is not None:
+                made = self._context.make(Model, lib.kempe_model_start_in, pointer, utf8(at), owners=(pointer,), long=False)
+            self._started = key, Model._of(self._context, made._pointer, (_start_again, (self._recipe, q, qd, at)))
         return self._started[1]
 
-    def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
-        """`system().simulate(..)`. q, qd: another start, as in `start_at`.
+    def simulate(
+        self, q: Start | None = None, qd: Start | None = None, at: str | None = None, **options: Unpack[RunOptions]
+    ) -> Trajectory:
+        """`system().simulate(..)`. q, qd, at: another start, as in `start_at`.
 
         >>> Model("four_bar.yaml").simulate(t_end=1).verdict["convergence"]["result"]
         'converged'
         """
-        return self.system().simulate(q, qd, **options)
+        return self.system().simulate(q, qd, at, **options)
 
     def sensitivity(self, **options: Unpack[SensitivityOptions]) -> Sensitivity:
         """Derivatives of a trajectory, or of a state, by parameters.
@@ -749,9 +758,9 @@ def _values_of(parameters: Values_ | None, more: Values_) -> Values_:
     return {name: samples_of(name, value) if is_samples(name, value) else value for name, value in values.items()}
 
 
-def _start_again(recipe: Recipe, q: Array | None, qd: Array | None) -> Model:
+def _start_again(recipe: Recipe, q: Array | None, qd: Array | None, at: str | None = None) -> Model:
     made: Model = recipe[0](*recipe[1])
-    return made._start_at(q, qd)
+    return made._start_at(q, qd, at)
 
 
 def _read_again(label: str, text: str | None, values: Values_, reading: Reading) -> Model:

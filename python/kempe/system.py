@@ -145,7 +145,7 @@ class System(Fixed):
 
     # -- motion --------------------------------------------------------------------------------------------
 
-    def start_at(self, q: Start | None = None, qd: Start | None = None) -> System:
+    def start_at(self, q: Start | None = None, qd: Start | None = None, at: str | None = None) -> System:
         """The equations with another start (`Model.start_at`), for every study. They are derived again; the last ones are kept.
         An ensemble has many starts, as columns q.NAME and qd.NAME, and derives once.
 
@@ -156,18 +156,20 @@ class System(Fixed):
         >>> system.start_at(run.q[-1], run.qd[-1]).assemble().q.round(6) == run.q[-1].round(6)
         array([ True,  True,  True])
         """
-        if q is None and qd is None:
+        if q is None and qd is None and at is None:
             return self
         if self._model is None:
             self._model = self._of_model()
         _, (_, dynamics, force) = self._recipe
-        started = self._model.start_at(q, qd)
+        started = self._model.start_at(q, qd, at)
         if self._started is None or self._started[0] is not started:
             self._started = started, started.system(dynamics, force)
         return self._started[1]
 
-    def simulate(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Trajectory:
-        """Runs one formulation. q, qd: another start, as in `start_at`, whose exceptions are raised, too.
+    def simulate(
+        self, q: Start | None = None, qd: Start | None = None, at: str | None = None, **options: Unpack[RunOptions]
+    ) -> Trajectory:
+        """Runs one formulation. q, qd, at: another start, as in `start_at`, whose exceptions are raised, too.
 
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
@@ -175,10 +177,12 @@ class System(Fixed):
         >>> bool(system.simulate(q={"crank": 1.5}, t_end=1).q[0, 0] == 1.5)
         True
         """
-        return study(Trajectory, self.start_at(q, qd), options)
+        return study(Trajectory, self.start_at(q, qd, at), options)
 
-    def stepper(self, q: Start | None = None, qd: Start | None = None, **options: Unpack[RunOptions]) -> Stepper:
-        """A run that is advanced by the caller, who sets inputs between the calls. q, qd: another start, as in `start_at`.
+    def stepper(
+        self, q: Start | None = None, qd: Start | None = None, at: str | None = None, **options: Unpack[RunOptions]
+    ) -> Stepper:
+        """A run that is advanced by the caller, who sets inputs between the calls. q, qd, at: another start, as in `start_at`.
 
         >>> stepper = kempe.Model("cart_pole.yaml").system().stepper(t_end=2)
         >>> stepper.set_input("u", 1.5)
@@ -186,7 +190,7 @@ class System(Fixed):
         >>> stepper
         <Stepper at t = 0.5 s>
         """
-        return study(Stepper, self.start_at(q, qd), options)
+        return study(Stepper, self.start_at(q, qd, at), options)
 
     def compare(self, **options: Unpack[CompareOptions]) -> Comparison:
         """Many formulations, integrators and tolerances against a reference.

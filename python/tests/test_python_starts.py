@@ -256,3 +256,45 @@ def test_move_of_another_is_told():
         told.append(stays)
         assert stays != any("give it a value, too" in str(each.message) for each in caught)
     assert told[0] and len(told) > 1
+
+
+# -- at an equilibrium -----------------------------------------------------------------------------------
+
+
+def test_at_equilibrium(four_bar):
+    """Runs, steppers, other systems and ensembles begin at the equilibrium that the command finds, and stay there."""
+    rest = four_bar.system().equilibrium().equilibria
+    place = [float(rest[f"q.{name}"][0]) for name in four_bar.coordinates]
+    for call in (four_bar.simulate, four_bar.system().simulate):
+        run = call(at="equilibrium", t_end=1)
+        assert np.allclose(run.q[0], place, rtol=0, atol=1e-12) and abs(run.q - run.q[0]).max() < 1e-9
+        assert not run.qd[0].any()
+    stepper = four_bar.system().stepper(at="equilibrium", t_end=1)
+    stepper.advance(0.5)
+    assert np.allclose(stepper.q, place, rtol=0, atol=1e-9)
+    held = four_bar.start_at(at="equilibrium")
+    assert held is four_bar.start_at(at="equilibrium") and np.allclose(held.system().assemble().q, place, rtol=0, atol=1e-12)
+    many = held.ensemble({"crank_mass": [0.5, 1, 2]}).run(t_end=0.3)
+    assert abs(np.array([many.instances[f"qd.{name}"] for name in four_bar.coordinates])).max() < 1e-8
+
+
+def test_at_equilibrium_from_a_given_start(four_bar):
+    """A given position is where the search begins; a position that is given later counts."""
+    pendulum = bodies(forces={"spring": {"joint": "arm", "torque": "20*sin(2*q(arm))"}})
+    low, high = (pendulum.start_at(q={"arm": q}, at="equilibrium").system().assemble().q[0] for q in (0.3, -0.3))
+    for q in (low, high):
+        assert 20 * np.sin(2 * q) == pytest.approx(3 * 9.81 * np.sin(q), abs=1e-9)
+    assert abs(low - high) > 1
+    at = four_bar.start_at(at="equilibrium")
+    assert at.start_at(q={"crank": 1.5}).system().assemble().q[0] == 1.5
+    assert np.array_equal(at.start_at(at="start").simulate(t_end=0.1).q, four_bar.simulate(t_end=0.1).q)
+
+
+def test_at_equilibrium_is_kept(four_bar):
+    """Pickles and documents have the state."""
+    at = four_bar.start_at(at="equilibrium")
+    assert at.to_dict()["start"]["at"] == "equilibrium"
+    for other in (pickle.loads(pickle.dumps(at)), kempe.Model.from_dict(at.to_dict())):
+        assert np.array_equal(other.simulate(t_end=0.1).q, at.simulate(t_end=0.1).q)
+    with pytest.raises(kempe.ArgumentError, match="unknown state 'rest'"):
+        four_bar.simulate(at="rest")

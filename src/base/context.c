@@ -17,7 +17,7 @@
 typedef struct count {
     kempe_progress last;
     double began, from, due; /* on the wall; `done` at the beginning */
-    bool told;               /* some of it was reported: its end will be */
+    bool reported;           /* some of it was reported: its end will be */
 } count;
 
 struct kempe_context {
@@ -619,10 +619,10 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
         *c = (count){.began = now, .from = done, .due = now + context->progress_interval};
     double elapsed = now - c->began, ahead = done - c->from;
     c->last = (kempe_progress){done, total, unit, elapsed, ahead > 0 ? (total - done) * elapsed / ahead : -1};
-    if (now < c->due && !(c->told && done >= total))
+    if (now < c->due && !(c->reported && done >= total))
         return;
     c->due = now + context->progress_interval;
-    c->told = true;
+    c->reported = true;
     context->progress(context->progress_user, &c->last);
 }
 

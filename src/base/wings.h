@@ -5,9 +5,10 @@
  * which CMake lists in wings.c. */
 #pragma once
 
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
-struct kempe_model;
+struct kempe_assembly;
 struct kmp_text;
 
 typedef struct kmp_wing {
@@ -21,6 +22,9 @@ typedef struct kmp_wing {
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
     const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/trajectory.h) */
     const struct kmp_places_wing *places;       /* of blocks over places (symbolic/implicit.h) */
+    /** Moves an assembled start to the equilibrium that the model asks for (model/data/start.h), with
+     * assembly->balance. KEMPE_E_FAILED: there is none, or it is not found; KEMPE_E_ARGUMENT: a rate is wrong. */
+    kempe_status (*balance)(const struct kempe_system *system, struct kempe_assembly *assembly);
     /** Draws a mechanism: a square picture of `size` pixels at the user's coordinates q. false: no memory. */
     bool (*picture)(struct kmp_text *svg, const struct kempe_model *model, const double *q, double size);
 } kmp_wing;

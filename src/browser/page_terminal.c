@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Tells the page; true if it asks to stop. */
-EM_JS(int, tell_progress, (double done, double total, const char *unit, double left),
+EM_JS(int, report_progress, (double done, double total, const char *unit, double left),
       { return Module["kempeProgress"] ? Module["kempeProgress"](done, total, UTF8ToString(unit), left) : 0; })
 
 static bool is_quiet;
@@ -41,7 +41,7 @@ bool cli_terminal_shows_progress(double *interval)
 void cli_terminal_progress(void *user, const kempe_progress *p)
 {
     (void)user;
-    if (tell_progress(p->done, p->total, p->unit, p->left_s))
+    if (report_progress(p->done, p->total, p->unit, p->left_s))
         (void)raise(SIGINT);
 }
 

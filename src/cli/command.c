@@ -294,6 +294,11 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         TRY(kempe_model_read_set(j->context, file, s->sets, s->set_count, &j->model));
     if (j->model && s->closure_tolerance >= 0)
         TRY(kempe_model_set_closure_tolerance(j->model, s->closure_tolerance));
+    if (j->model && s->at) {
+        j->given = j->model;
+        j->model = NULL;
+        TRY(kempe_model_start_in(j->given, s->at, &j->model));
+    }
 #ifdef KEMPE_ENSEMBLE
     if (s->from) {
         /* The model becomes an instance of the folder of --from. */
@@ -419,6 +424,7 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     kempe_table_free(j.earlier);
     kempe_system_free(j.system);
     kempe_model_free(j.model);
+    kempe_model_free(j.given);
     kempe_model_free(j.base);
 #ifdef KEMPE_ENSEMBLE
     kempe_folder_free(j.folder);

@@ -27,6 +27,8 @@ typedef struct cli_job {
     kempe_table *earlier; /* of --against; NULL: not given */
     kempe_folder *folder;
     kempe_model *base;
+    kempe_model
+        *given; /* of which `model`, or `base`, is with another state at its start; NULL: they are as they were read */
     cli_settings own;
 } cli_job;
 
@@ -103,7 +105,7 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
 /** Prints the error message, and writes a JSON object also when there is no result to print. */
 void cli_report_failure(const cli_job *j, kempe_status status, bool has_result);
 
-/** The status of the computation counts; when that was fine, the status of telling about it. */
+/** The status of the computation counts; when that was fine, the status of shown_loads about it. */
 kempe_status cli_worse(kempe_status computed, kempe_status reported);
 
 /** Reports a file that could not be written; returns `written`. */

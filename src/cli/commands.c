@@ -228,6 +228,7 @@ const cli_command cli_commands[] = {
      "  kempe simulate examples/four_bar/four_bar.yaml --animation four_bar.glb\n"
      "  kempe simulate examples/andrews/andrews.yaml --plot andrews.svg --y 'q(beta), force(spring)'\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
+     "  kempe simulate examples/double_four_bar/double_four_bar.yaml --at equilibrium\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n"
      "  kempe simulate --from bars.kempe --instance 17 --report bar17.html\n",
      .study = &cli_simulate_study},

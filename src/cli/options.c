@@ -215,6 +215,10 @@ static const option options[] = {
      "forward: rows over time (default); adjoint: the end only, for many parameters"},
     {CLI_SENSITIVITY, IN_RUN, "integral", FLAG(sensitivity.integral),
      "differentiate the time integrals of the outputs"},
+    {CLI_SIMULATE | CLI_COMPARE | CLI_ASSEMBLE | CLI_COMFORT | CLI_ENSEMBLE | CLI_GATHER | CLI_GENERATE | CLI_FMU,
+     IN_MODEL, "at", TEXT(at), "STATE",
+     "state at the start: start (default), equilibrium, to which the start leads, 'equilibrium NAME=RATE,..' (a steady "
+     "motion)"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", TEXT(response.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", TEXT(response.inputs), "NAME,..",

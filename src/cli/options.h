@@ -67,6 +67,7 @@ typedef struct cli_settings {
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
     const char *algorithm;
+    const char *at;           /* the state at which motions begin */
     double closure_tolerance; /* < 0: not given */
     kempe_run_options run;
     kempe_compare_options compare;

@@ -55,7 +55,7 @@ static void print_sentence(const char *colour, const char *prefix, int length, c
 }
 
 /* Prints a sentence, now or after the result. */
-static void tell(const char *colour, const char *prefix, int length, const char *words)
+static void write_line(const char *colour, const char *prefix, int length, const char *words)
 {
     sentence *s = waits ? malloc(sizeof *s) : NULL;
     char *copy = s ? calloc((size_t)length + 1, 1) : NULL;
@@ -100,7 +100,7 @@ void cli_terminal_log(void *user, kempe_level level, const char *line)
 {
     (void)user;
     if (level == KEMPE_LOG_WARNING) {
-        tell(YELLOW, "kempe: warning: ", (int)strlen(line), line);
+        write_line(YELLOW, "kempe: warning: ", (int)strlen(line), line);
     } else if (is_terminal && !is_quiet && level == KEMPE_LOG_PROGRESS) {
         show_progress(line);
     } else if (is_terminal && !is_quiet) {
@@ -153,7 +153,7 @@ void cli_terminal_error(const char *prefix, const char *message)
 {
     while (*message) {
         int length = (int)strcspn(message, "\n");
-        tell(RED, prefix, length, message);
+        write_line(RED, prefix, length, message);
         message += length + (message[length] == '\n');
     }
 }

@@ -265,7 +265,8 @@ bool kmp_system_watches_loads(const kempe_system *system)
 {
     bool watches = false;
     for (int k = 0; k < system->events.count; k++)
-        watches = watches || (system->events.condition[k].late && system->events.condition[k].told != KMP_TOLD_TABLE);
+        watches =
+            watches || (system->events.condition[k].late && system->events.condition[k].validity != KMP_VALIDITY_TABLE);
     return watches;
 }
 
@@ -306,12 +307,13 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         if (!kmp_tree_event(&eq->tree, k, &out[k]))
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
         condition->late =
-            (condition->ends || condition->told != KMP_TOLD_NOTHING || condition->role != KMP_ROLE_NONE) &&
+            (condition->ends || condition->validity != KMP_VALIDITY_NONE || condition->role != KMP_ROLE_NONE) &&
             kmp_is_late(eq->graph, out[k]);
         condition->by_rates = kmp_depends_on(eq->graph, out[k], KMP_IN_QD);
         s->changes_by_rates =
             s->changes_by_rates || condition->late ||
-            ((condition->told == KMP_TOLD_NOTHING || condition->told == KMP_TOLD_LEVEL) && condition->by_rates);
+            ((condition->validity == KMP_VALIDITY_NONE || condition->validity == KMP_VALIDITY_LEVEL) &&
+             condition->by_rates);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;

@@ -80,7 +80,7 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
     int flags = kmp_bytes_take_int(b, 0, 512 * KMP_ROLE_END - 1);
-    c->told = (kmp_told)kmp_bytes_take_int(b, 0, KMP_TOLD_END - 1);
+    c->validity = (kmp_validity)kmp_bytes_take_int(b, 0, KMP_VALIDITY_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;
@@ -116,7 +116,7 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_text(b, s->event_text[k]);
         kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->rough << 5 |
                                  c->by_rates << 6 | c->at_start << 7 | c->silent << 8 | (int)c->role << 9);
-        kmp_bytes_put_int(b, (int)c->told);
+        kmp_bytes_put_int(b, (int)c->validity);
         kmp_bytes_put(b, &c->lag, sizeof c->lag);
     }
 }

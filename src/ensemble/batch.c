@@ -14,6 +14,7 @@
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
@@ -560,6 +561,7 @@ static void put_text(kmp_text *text, const void *result)
         const kempe_outcome outcome = b->status == KEMPE_STOPPED ? KEMPE_OUTCOME_STOPPED : kmp_instances_outcome(&sums);
         kmp_instance_causes_add(&causes, s.table, b->first);
         kmp_instances_put_answer(text, b->ensemble->model->name, outcome, &sums, &causes);
+        kmp_starts_show(text, "instance", kmp_model_start(b->ensemble->model)->at);
         kmp_print_doubts(text, outcome, b->warnings);
         kmp_text_put(text, "\n");
         const size_t head = text->length;
@@ -668,6 +670,7 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
     const bool deflects = r->deflects && kmp_convergence_holds(again);
     const char *verdict = deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(again);
     const char *start = r->unstable        ? KMP_BALANCE_UNSTABLE
+                        : r->leaves        ? KMP_EQUILIBRIUM_UNSTABLE
                         : r->rates_changed ? KMP_RATES_ADJUSTED
                         : r->gaps_changed  ? KMP_GAPS_CHANGED
                                            : "";

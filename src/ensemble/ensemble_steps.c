@@ -61,7 +61,7 @@ struct kempe_ensemble_stepper {
     double *q, *qd;         /* count x n */
     kmp_team *team;
     ensemble_step step;
-    bool *told; /* of each condition and end of a use of a table: instances have been doubted for it */
+    bool *doubted; /* of each condition and end of a use of a table: instances have been doubted for it */
 };
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -161,8 +161,8 @@ static kempe_status make(kempe_ensemble_stepper *s, const kempe_run_options *run
         KMP_TRY(make_part(s, p, run, lanes, outputs));
     }
     const kempe_system *system = s->part->engine->s;
-    s->told = KMP_ARENA_NEW(&s->arena, bool, system->events.count + 2 * system->use_count + 1);
-    return kmp_made(system->context, s->told);
+    s->doubted = KMP_ARENA_NEW(&s->arena, bool, system->events.count + 2 * system->use_count + 1);
+    return kmp_made(system->context, s->doubted);
 }
 
 kempe_status kempe_ensemble_stepper_new(const kempe_model *model, const kempe_run_options *run, int count, int lanes,
@@ -285,7 +285,7 @@ static kempe_status begin(ensemble_part *p, int k, const double *q, const double
 }
 
 /* Gives the message of a part to the caller. */
-static kempe_status tell(const ensemble_part *p, kempe_status status)
+static kempe_status say_why(const ensemble_part *p, kempe_status status)
 {
     kempe_context *context = kmp_model_context(p->whole->model), *own = p->engine->context;
     if (status >= 0 || own == context)
@@ -303,7 +303,7 @@ kempe_status kempe_ensemble_stepper_begin(kempe_ensemble_stepper *s, int k, cons
                         k, s->count);
     ensemble_part *p = part_of(s, k);
     kmp_context_clear(p->engine->context);
-    return tell(p, begin(p, k, q, qd));
+    return say_why(p, begin(p, k, q, qd));
 }
 
 /* -- steps ------------------------------------------------------------------------------------------- */
@@ -464,16 +464,16 @@ static kempe_status check_step(const kempe_ensemble_stepper *s, const ensemble_s
 }
 
 /* Doubts instances, once for each reason, whatever instances it is of. */
-static void tell_marks(kempe_ensemble_stepper *s)
+static void report_marks(kempe_ensemble_stepper *s)
 {
     const kempe_system *system = s->part->engine->s;
     for (int k = 0; k < system->events.count + 2 * system->use_count; k++) {
         bool left = false;
         for (int p = 0; kmp_ensemble_has_mark(system, k) && p < s->part_count; p++)
             left = atomic_exchange(&s->part[p].engine->s->left[k], false) || left;
-        if (left && !s->told[k])
-            (void)kmp_ensemble_tell_mark(system, kmp_model_context(s->model), k);
-        s->told[k] = s->told[k] || left;
+        if (left && !s->doubted[k])
+            (void)kmp_ensemble_report_mark(system, kmp_model_context(s->model), k);
+        s->doubted[k] = s->doubted[k] || left;
     }
 }
 
@@ -494,9 +494,9 @@ kempe_status kempe_ensemble_stepper_advance(kempe_ensemble_stepper *s, const dou
     (void)kmp_context_quiet(context, quiet);
     for (int k = 0; k < s->part_count; k++)
         if (s->part[k].status != KEMPE_OK)
-            return tell(&s->part[k], s->part[k].status);
+            return say_why(&s->part[k], s->part[k].status);
     kmp_context_clear(context);
-    tell_marks(s);
+    report_marks(s);
     return kmp_interrupted(context) ? KEMPE_STOPPED : KEMPE_OK;
 }
 

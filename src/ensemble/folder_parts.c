@@ -162,7 +162,7 @@ kempe_status kmp_folder_check_model(const kempe_folder *f, const kempe_model *mo
     if (!same)
         return kmp_complain(
             f->context, f->path, 0, 0,
-            "the results belong to another model than '%s' (its file, a file that it includes, or --set)",
+            "the results belong to another model than '%s' (its file, a file that it includes, --set or --at)",
             model->source.file);
     return KEMPE_OK;
 }

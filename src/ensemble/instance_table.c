@@ -76,6 +76,8 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
             s.first_gap = first + row;
         if (strcmp(word_of(t, row, start), KMP_BALANCE_UNSTABLE) == 0 && s.unstable++ == 0)
             s.first_unstable = first + row;
+        if (strcmp(word_of(t, row, start), KMP_EQUILIBRIUM_UNSTABLE) == 0 && s.leaving++ == 0)
+            s.first_leaving = first + row;
     }
     /* The lists name instances that have not converged. */
     int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
@@ -106,6 +108,8 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
         s->first_gap = part->first_gap;
     if (part->unstable > 0 && (s->unstable == 0 || part->first_unstable < s->first_unstable))
         s->first_unstable = part->first_unstable;
+    if (part->leaving > 0 && (s->leaving == 0 || part->first_leaving < s->first_leaving))
+        s->first_leaving = part->first_leaving;
     if (part->deflected > 0 && (s->deflected == 0 || part->first_deflected < s->first_deflected))
         s->first_deflected = part->first_deflected;
     if (part->not_converged > 0 && (s->not_converged == 0 || part->difference > s->difference)) {
@@ -128,6 +132,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     s->rates_changed += part->rates_changed;
     s->gaps_changed += part->gaps_changed;
     s->unstable += part->unstable;
+    s->leaving += part->leaving;
     s->deflected += part->deflected;
     s->repeated += part->repeated;
     s->not_converged += part->not_converged;
@@ -147,6 +152,11 @@ static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
                         "start: closing the loops changes the slack of ropes, or the play of teeth, in %ld of %ld "
                         "instances, first in instance %ld: give lengths, or closed starts\n",
                         s->gaps_changed, s->count, s->first_gap + 1);
+    if (s->leaving > 0)
+        kmp_text_printf(text,
+                        "start: %ld of %ld instances begin at an unstable equilibrium, first instance %ld: their "
+                        "motions leave it after a time that depends on rounding, unless something else disturbs them\n",
+                        s->leaving, s->count, s->first_leaving + 1);
 }
 
 static void put_ended(kmp_text *text, const kmp_instance_sums *s)

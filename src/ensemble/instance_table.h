@@ -14,6 +14,7 @@ typedef struct kmp_instance_sums {
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
     long gaps_changed, first_gap;      /* starts that change ropes or teeth, likewise */
     long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
+    long leaving, first_leaving;       /* starts at an unstable equilibrium, likewise */
     long deflected, first_deflected;   /* whose flexible bodies deflect too far, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
     long worst;                        /* number of the one that differs most among the ones that have not converged */
@@ -39,6 +40,9 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
 #define KMP_GAPS_CHANGED "lengths changed"
 /** The word where deformations start in a balance that is not stable. */
 #define KMP_BALANCE_UNSTABLE "unstable balance"
+
+/** The word where the start is at an unstable equilibrium. */
+#define KMP_EQUILIBRIUM_UNSTABLE "unstable equilibrium"
 
 /** The word of the column `verdict` where a flexible body has had a deflection that its shapes are not right
  * for.

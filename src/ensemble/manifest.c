@@ -122,6 +122,8 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kempe_ru
     int parts = (values->count - 1) / chunk + 1;
     kmp_json_put(&json, "{ format %d kempe %s model %s file %s", KMP_FOLDER_FORMAT, kempe_version(), model->name,
                  model->source.file);
+    if (model->start.at)
+        kmp_json_put(&json, "at %s", model->start.at);
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
     kmp_text names = {0};
     kmp_text_put(&names, "");
@@ -286,6 +288,7 @@ static const struct {
 } compared[] = {{"format", NULL},
                 {"kempe", "the version of Kempe"},
                 {"model", "the name of the model"},
+                {"at", "the state at the start (--at)"},
                 {"instances", "the number of instances"},
                 {"chunk", "the number of instances of a part"},
                 {"values", "the kind of values"},
@@ -302,7 +305,7 @@ static const struct {
                 {"output_step", "the time between rows of histories"},
                 {"quantities", "the list of quantities"},
                 {"limits", "the list of limits"},
-                {"hash_model", "the content of the model (its file, a file that it includes, or --set)"},
+                {"hash_model", "the content of the model (its file, a file that it includes, --set or --at)"},
                 {"hash_values", "the content of the values"},
                 {"hash_columns", "the list of columns"},
                 {"hash_equations", "the derived equations (another build of Kempe)"},

@@ -11,6 +11,7 @@
 #include "ensemble/statistics/statistics.h"
 #include "model/data/run_settings.h"
 #include "output/print.h"
+#include "output/start_balance.h"
 #include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <limits.h>
@@ -304,6 +305,10 @@ static void put_text(kmp_text *text, const void *result)
     if (sums.count == 0) /* nothing ran, or was checked */
         sums.count = sums.ok = f->instances;
     kmp_instances_put_answer(text, f->model, outcome_of(f), &sums, &f->causes);
+    kmp_text at = {0};
+    if (kmp_manifest_text(f->manifest, "at", &at))
+        kmp_starts_show(text, "instance", at.s);
+    kmp_text_free_part(text, &at);
     if (f->interrupted)
         kmp_text_put(text, "  interrupted\n");
     kmp_print_doubts(text, outcome_of(f), f->warnings);

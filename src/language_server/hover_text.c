@@ -32,7 +32,7 @@ static void put_line(kmp_text *text, const char *source, size_t offset)
     kmp_text_put(text, "\n```");
 }
 
-static void tell_name(const kmp_open_file *file, const kmp_declared *d, kmp_text *text)
+static void describe_name(const kmp_open_file *file, const kmp_declared *d, kmp_text *text)
 {
     const char *owner = *d->owner ? d->owner : "";
     kmp_text_printf(text, "%s `%s%s%s`", kmp_name_rows[d->kind].word, owner, *owner ? "." : "", d->name);
@@ -45,14 +45,14 @@ static void tell_name(const kmp_open_file *file, const kmp_declared *d, kmp_text
     put_line(text, d->source->text, kmp_offset_of_place(d->source->text, d->place));
 }
 
-static void tell_key(const kmp_found_node *found, kmp_text *text)
+static void describe_key(const kmp_found_node *found, kmp_text *text)
 {
     const kmp_schemas value = kmp_schema_of_key(&found->schemas, found->node->text);
     if (value.count > 0 && *value.one[0].meaning)
         kmp_text_printf(text, "**%s**: %s", found->node->text, value.one[0].meaning);
 }
 
-static void tell_word(const char *name, bool outputs, kmp_text *text)
+static void describe_word(const char *name, bool outputs, kmp_text *text)
 {
     kmp_language_word word;
     for (int k = 0; kmp_language_word_at(k, &word); k++) {
@@ -83,13 +83,13 @@ void kmp_answer_hover(kempe_language_server *s, kmp_open_file *file, size_t offs
     const kmp_found_node found = kmp_node_at(s->schema, file->good.root, file->good.text, offset);
     const char *word = kmp_arena_printf(&s->work, "%.*s", (int)(end - begin), whole + begin);
     if (use)
-        tell_name(file, &names.declared[use->declared], &text);
+        describe_name(file, &names.declared[use->declared], &text);
     else if (found.node && found.is_key)
-        tell_key(&found, &text);
+        describe_key(&found, &text);
     else if (found.node && word && kmp_schema_is(&found.schemas, "output_name"))
-        tell_word(word, true, &text);
+        describe_word(word, true, &text);
     else if (found.node && word && kmp_schema_is(&found.schemas, "number"))
-        tell_word(word, false, &text);
+        describe_word(word, false, &text);
     if (text.length == 0 && found.node && !found.is_key && found.schemas.count > 0 && *found.schemas.one[0].meaning)
         kmp_text_printf(&text, "**%s**: %s", found.key, found.schemas.one[0].meaning);
     if (text.length > 0) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Definition, references and renaming. A name is told from others by the place of its declaration, so that a file and
- * the files that include it agree. */
+/* Definition, references and renaming. A name is distinguished from others by the place of its declaration, so that a
+ * file and the files that include it agree. */
 #include "base/memory.h"
 #include "language_server/session.h"
 #include "model/files/element_library.h"

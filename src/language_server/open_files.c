@@ -246,14 +246,14 @@ char *kmp_file_objection(kempe_language_server *s, const char *path, int count, 
 }
 
 /* A sentence of the reader with its place. */
-typedef struct told_place {
+typedef struct reported_place {
     const char *file, *sentence;
     size_t file_length;
     kmp_place place;
-} told_place;
+} reported_place;
 
 /* `file:line:column: sentence`; without a place the line is the sentence. */
-static told_place split_line(const char *line)
+static reported_place split_line(const char *line)
 {
     for (const char *at = strchr(line, ':'); at; at = strchr(at + 1, ':')) {
         char *end;
@@ -264,12 +264,12 @@ static told_place split_line(const char *line)
         const long column = strtol(second, &end, 10);
         if (end == second || strncmp(end, ": ", 2) != 0 || column < 1 || number > 100000000 || column > 100000000)
             continue;
-        return (told_place){.file = line,
-                            .file_length = (size_t)(at - line),
-                            .sentence = end + 2,
-                            .place = {.line = (int)number, .column = (int)column}};
+        return (reported_place){.file = line,
+                                .file_length = (size_t)(at - line),
+                                .sentence = end + 2,
+                                .place = {.line = (int)number, .column = (int)column}};
     }
-    return (told_place){.file = line, .sentence = line, .place = {.line = 1, .column = 1}};
+    return (reported_place){.file = line, .sentence = line, .place = {.line = 1, .column = 1}};
 }
 
 /* The end of the word at a byte, at least one character where the line has one. */
@@ -284,13 +284,13 @@ static size_t word_end(const char *text, size_t begin)
 }
 
 /* The key `file` of the include by which an error comes from another file. */
-static kmp_place include_of(const kmp_open_file *file, const told_place *told)
+static kmp_place include_of(const kmp_open_file *file, const reported_place *said)
 {
     const kmp_yaml *include = kmp_yaml_get(file->good.root, "include");
-    const char *name = told->file;
-    for (size_t k = 0; k + 1 < told->file_length; k++)
-        name = told->file[k] == '/' ? told->file + k + 1 : name;
-    const size_t length = told->file_length - (size_t)(name - told->file);
+    const char *name = said->file;
+    for (size_t k = 0; k + 1 < said->file_length; k++)
+        name = said->file[k] == '/' ? said->file + k + 1 : name;
+    const size_t length = said->file_length - (size_t)(name - said->file);
     for (int k = 0; include && include->kind == KMP_YAML_LIST && k < include->count; k++) {
         const kmp_yaml *path = kmp_yaml_get(include->items[k], "file");
         const char *slash = path ? strrchr(path->text, '/') : NULL, *own = slash ? slash + 1 : path ? path->text : "";
@@ -303,24 +303,24 @@ static kmp_place include_of(const kmp_open_file *file, const told_place *told)
 static void put_diagnostic(kempe_language_server *s, kmp_json *json, const kmp_open_file *file, const char *line,
                            int severity)
 {
-    const told_place told = split_line(line);
-    const bool own = told.file_length == 0 ||
-                     (strlen(file->path) == told.file_length && strncmp(file->path, told.file, told.file_length) == 0);
-    const size_t begin = kmp_offset_of_place(file->text, own ? told.place : include_of(file, &told));
+    const reported_place said = split_line(line);
+    const bool own = said.file_length == 0 ||
+                     (strlen(file->path) == said.file_length && strncmp(file->path, said.file, said.file_length) == 0);
+    const size_t begin = kmp_offset_of_place(file->text, own ? said.place : include_of(file, &said));
     kmp_json_object(json, NULL);
     kmp_put_range(s, json, "range", file->text, begin, word_end(file->text, begin));
-    kmp_json_put(json, "severity %d source %s message %s", severity, "kempe", own ? told.sentence : line);
-    const char *path = own ? NULL : kmp_arena_printf(&s->work, "%.*s", (int)told.file_length, told.file);
+    kmp_json_put(json, "severity %d source %s message %s", severity, "kempe", own ? said.sentence : line);
+    const char *path = own ? NULL : kmp_arena_printf(&s->work, "%.*s", (int)said.file_length, said.file);
     const kmp_text_source *source = path ? kmp_session_source(s, path) : NULL;
     if (source && !kmp_is_element(path)) {
-        const size_t there = kmp_offset_of_place(source->text, told.place);
+        const size_t there = kmp_offset_of_place(source->text, said.place);
         kmp_json_array(json, "relatedInformation");
         kmp_json_object(json, NULL);
         kmp_json_object(json, "location");
         kmp_json_string(json, "uri", kmp_session_uri(s, path));
         kmp_put_range(s, json, "range", source->text, there, word_end(source->text, there));
         kmp_json_end(json);
-        kmp_json_string(json, "message", told.sentence);
+        kmp_json_string(json, "message", said.sentence);
         kmp_json_end(json);
         kmp_json_end(json);
     }

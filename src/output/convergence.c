@@ -214,7 +214,7 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     double reported = repeat->promised * rtol,
            clear = reported > 0 ? (repeat->uneven ? 0 : APART * reported) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
-    bool seen = !repeat->visible && !(reported > 0); /* neither ranges nor the size of the error are told */
+    bool seen = !repeat->visible && !(reported > 0); /* neither ranges nor the size of the error are reported */
     clear = seen ? fmin(clear, KMP_VISIBLE) : clear;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
@@ -552,6 +552,13 @@ const char *kmp_convergence_word(const kmp_convergence *c)
     return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
 }
 
+const char *kmp_accuracy_remedy(double rtol)
+{
+    return rtol > OTHER * FINEST ? "use a smaller rtol, or compare formulations"
+                                 : "errors of rounding count here, which do not fall with rtol: compare formulations "
+                                   "for the digits that they share";
+}
+
 void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *unit)
 {
     if (!unit)
@@ -566,21 +573,21 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
 {
     kmp_text apart = {0};
     kmp_convergence_put_apart(&apart, context, c, unit);
-    const char *by = apart.s ? apart.s : "";
+    const char *by = apart.s ? apart.s : "", *stop = *advice ? "; " : "";
     if (kmp_convergence_holds(c)) {
         if (c->reported > 0 && c->difference > c->reported)
             kmp_log(context, KEMPE_LOG_WARNING,
-                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g%s", name,
-                    unit ? "an " : "a relative ", by, c->t, c->rtol, advice);
+                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g%s%s", name,
+                    unit ? "an " : "a relative ", by, c->t, c->rtol, stop, advice);
     } else if (!accepts(c)) {
         kmp_doubt(context,
                   "do not trust the motion beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, by "
-                  "amplified errors or another branch%s",
-                  c->until, c->rtol, name, by, c->t, advice);
+                  "amplified errors or another branch%s%s",
+                  c->until, c->rtol, name, by, c->t, stop, advice);
     } else {
         kmp_doubt(context,
-                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s%s",
-                  c->rtol, c->stopped, advice);
+                  "the accuracy of this run could not be checked: the second run, at rtol %.3g, ends at t = %.6g s%s%s",
+                  c->rtol, c->stopped, stop, advice);
     }
     kmp_text_free(&apart);
 }

@@ -88,9 +88,13 @@ bool kmp_convergence_holds(const kmp_convergence *convergence);
 const char *kmp_convergence_word(const kmp_convergence *convergence);
 
 /** A warning when its error exceeds the promised one, a doubt when it has not converged. `name`: of the number at
- * `index`, with its unit where `visible` was known, else NULL; `advice`: "; " and the remedy, or "". */
+ * `index`, with its unit where `visible` was known, else NULL; `advice`: the remedy, or "". */
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
                           const char *unit, const char *advice);
+
+/** The remedy for a run that is not accurate enough, as words: a smaller rtol, unless errors of rounding count, which
+ * do not fall with rtol. */
+const char *kmp_accuracy_remedy(double rtol);
 
 /** The difference to the second run with its unit, "0.36 rad"; relative without a unit. */
 void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,

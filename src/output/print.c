@@ -168,6 +168,8 @@ kmp_json kmp_print_head(kmp_text *text, const kempe_system *system, kempe_outcom
     kmp_json json = kmp_json_begin(text);
     kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", system->model->name, kempe_outcome_text(outcome),
                  reason ? reason : "", build_s);
+    if (system->model->start.at)
+        kmp_json_string(&json, "start_at", system->model->start.at);
     /* Closures that stay open as drawn, where there are any. */
     bool some = false;
     for (int c = 0; c < system->model->closure_count; c++)

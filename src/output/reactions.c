@@ -263,11 +263,11 @@ kempe_status kmp_reactions_keep(kmp_reactions *r, int rows)
 kempe_status kmp_reactions_mark(kmp_reactions *r, const kmp_shared_loads *shared)
 {
     kmp_text names = {0};
-    for (kmp_reaction *of = r->of; shared->told && of < r->of + r->count; of++)
+    for (kmp_reaction *of = r->of; shared->matters && of < r->of + r->count; of++)
         for (int i = 0; i < KMP_LOAD_SIZE && (of->body >= 0 || of->closure >= 0); i++)
             if ((of->body >= 0 ? shared->of_body[of->body] : shared->of_closure[of->closure])[i])
                 of->shared |= 1u << i;
-    if (shared->told)
+    if (shared->matters)
         (void)kmp_put_shared_loads(&names, r->system->model, shared);
     r->not_unique = names.failed ? NULL : kmp_arena_strdup(&r->arena, names.s ? names.s : "");
     kmp_text_free(&names);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables under construction. Running out of memory is sticky: every call after it does nothing, kmp_tabulate_finish
- * tells. Columns come first, then rows:
+ * reports it. Columns come first, then rows:
  *
  *     kempe_table *t = kmp_tabulate(context, "rows");
  *     kmp_tabulate_columns(t, "t[s] kind[words]");

@@ -146,7 +146,7 @@ double kmp_wall_now(void);
 void *kmp_pages_new(const void *code, size_t size);
 void kmp_pages_free(void *pages, size_t size);
 
-/** Bytes of the heap in use, including other libraries; 0: the C library does not tell. */
+/** Bytes of the heap in use, including other libraries; 0: the C library does not report. */
 size_t kmp_heap_in_use(void);
 
 /* -- threads ----------------------------------------------------------------------------------------- */

@@ -340,7 +340,7 @@ static double read_clock(clockid_t clock)
 
 #ifdef __EMSCRIPTEN__
 
-/* One thread, whose processor time WebAssembly does not tell. */
+/* One thread, whose processor time WebAssembly does not report. */
 double kmp_cpu_now(void)
 {
     return read_clock(CLOCK_MONOTONIC);

@@ -832,7 +832,7 @@ bool kmp_page_open(const char *path)
 
 /* The linker's time and sum of a module, and the identity that it gave its build (--build-id), in the directory of
  * debug data. */
-static bool tell_module(HMODULE module, kmp_identity_part *part, void *user)
+static bool report_module(HMODULE module, kmp_identity_part *part, void *user)
 {
     const unsigned char *at = (const unsigned char *)module;
     IMAGE_DOS_HEADER dos;
@@ -861,8 +861,8 @@ bool kmp_build_identity(kmp_identity_part *part, void *user)
     HMODULE own = NULL;
     (void)GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
                              (LPCWSTR)(uintptr_t)&kmp_build_identity, &own);
-    (void)tell_module(GetModuleHandleW(L"msvcrt.dll"), part, user);
-    return tell_module(own, part, user);
+    (void)report_module(GetModuleHandleW(L"msvcrt.dll"), part, user);
+    return report_module(own, part, user);
 }
 
 /* -- signals ----------------------------------------------------------------------------------------- */

@@ -10,7 +10,6 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/closing/static_start.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/fit/fit_study.h"
@@ -168,10 +167,10 @@ static kempe_status fill_equilibria(kmp_result_page *page, const void *result)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-/* The instances in the table of the page, of a model whose own values the picture has. `told`: the warnings of their
+/* The instances in the table of the page, of a model whose own values the picture has. `marked`: the warnings of their
  * run; NULL: the warnings of the table. */
 static kempe_status fill_instances(kmp_result_page *page, const kempe_model *model, kempe_outcome outcome,
-                                   const char *told)
+                                   const char *marked)
 {
     const kmp_instance_sums sums = kmp_instances_sum(page->curves.table, 0);
     KMP_TRY(kmp_system_new(model, NULL, &page->own));
@@ -198,8 +197,8 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     kmp_text text = {0}, warnings = {0};
     kmp_instances_put(&text, model->name, page->curves.table, page->statistics,
                       page->head.outcome == KEMPE_OUTCOME_NOT_TRUSTWORTHY);
-    if (told)
-        kmp_text_put(&warnings, told);
+    if (marked)
+        kmp_text_put(&warnings, marked);
     else
         kmp_instances_put_warnings(&warnings, &sums);
     page->head.warnings = kmp_text_keep(&warnings, &page->arena);
@@ -207,9 +206,14 @@ static kempe_status fill_instances(kmp_result_page *page, const kempe_model *mod
     if (page->curves.first_count == 0)
         choose_first(page, "q.", KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
-    kempe_status status = kmp_assemble_start(page->system, &start);
-    if (status == KEMPE_OK)
-        status = kmp_static_start(page->system, start);
+    const bool quiet = kmp_context_quiet(page->context, true);
+    kempe_status status = kmp_assembly_at_start(page->system, &start);
+    (void)kmp_context_quiet(page->context, quiet);
+    if (status == KEMPE_E_FAILED &&
+        start) { /* instances may have the start that the model itself lacks: as far as it is */
+        kmp_context_clear(page->context);
+        status = KEMPE_OK;
+    }
     if (status == KEMPE_OK)
         status = kmp_page_add_frames(page, 1, start->q, 0, NULL);
     kempe_assembly_free(start);
@@ -666,10 +670,10 @@ static kempe_status fill_beside(kmp_result_page *page, const void *result)
     const beside *both = result;
     page->curves.earlier = both->earlier;
     KMP_TRY(fill_simulation(page, both->run));
-    const char *told = words_of_ranges(both, &page->arena), *others = page->head.warnings ? page->head.warnings : "";
-    if (told) {
-        kmp_log(page->context, KEMPE_LOG_WARNING, "%s", told);
-        page->head.warnings = kmp_arena_printf(&page->arena, "%s%s%s", told, *others ? "\n" : "", others);
+    const char *marked = words_of_ranges(both, &page->arena), *others = page->head.warnings ? page->head.warnings : "";
+    if (marked) {
+        kmp_log(page->context, KEMPE_LOG_WARNING, "%s", marked);
+        page->head.warnings = kmp_arena_printf(&page->arena, "%s%s%s", marked, *others ? "\n" : "", others);
     }
     return KEMPE_OK;
 }

@@ -198,7 +198,7 @@ static bool solve(kmp_solving *s, double *y)
     return solved;
 }
 
-/* True if the current arguments are the arguments of a kept solution, to the bit; mostly the first of them tells. */
+/* True if the current arguments are the arguments of a kept solution, to the bit; mostly the first of them decides. */
 static inline bool is_of(const kmp_solving *s, size_t k)
 {
     size_t count = (size_t)s->block->arguments;

@@ -181,7 +181,7 @@ static void narrow_peaks_are_found(void)
     ct = 100;
 }
 
-static void poles_without_damping_are_told(void)
+static void poles_without_damping_are_reported(void)
 {
     const kempe_setting none[] = {{"c", "0"}, {"tyre_c", "0"}};
     loaded l = load(2, none);
@@ -294,7 +294,7 @@ static void count_warnings(void *user, kempe_level level, const char *line)
 }
 
 /* A mass that swings once a second without a damper: beside its pole the terms of the equation cancel. */
-static void rounding_beside_a_pole_is_told(void)
+static void rounding_beside_a_pole_is_reported(void)
 {
     static const char text[] =
         "kempe: 1\nname: swing\nbodies:\n"
@@ -326,9 +326,9 @@ int main(void)
     TEST(the_quarter_car_has_its_closed_form);
     TEST(peaks_are_where_they_are);
     TEST(narrow_peaks_are_found);
-    TEST(poles_without_damping_are_told);
+    TEST(poles_without_damping_are_reported);
     TEST(the_state_space_answers_likewise);
-    TEST(rounding_beside_a_pole_is_told);
+    TEST(rounding_beside_a_pole_is_reported);
     TEST(what_cannot_be_asked_is_said);
     return check_report();
 }

@@ -670,6 +670,35 @@ class Equilibria(Case):
         self.assertIn("from 100 random starts", self.expect(1, "equilibrium", path, "--global").stderr)
         self.expect(3, "equilibrium", path, "--rates", "T=1")
         self.expect(3, "equilibrium", path, "--rates", "S")
+    def test_motions_begin_there(self):
+        """The state of `equilibrium` is the first row of a run, of steady motions, too; the JSON says where a run began."""
+        for path, words, at in ((FOUR_BAR, (), "equilibrium"), (self.GOVERNOR, ("--rates", "shaft=5.5"), "equilibrium shaft=5.5")):
+            found, table = self.object(0, "equilibrium", path, *words), self.folder / "rows.csv"
+            run = self.object(0, "simulate", path, "--at", at, "--t-end", 0.2, "-o", table)
+            self.assertEqual((run["start_at"], run["start"]["stability"]), (at, found["stability"]))
+            first = next(csv.DictReader(table.read_text().splitlines()))
+            for name in found["q"]:
+                self.assertAlmostEqual(float(first[f"q.{name}"]), found["q"][name], 12)
+                self.assertAlmostEqual(float(first[f"qd.{name}"]), found["qd"][name], 12)
+        for command in ("assemble", "compare"):
+            made = self.object(0, command, FOUR_BAR, "--at", "equilibrium", *(() if command == "assemble" else ("--t-end", 0.1)))
+            self.assertEqual((made["start_at"], made["start"]["stability"]), ("equilibrium", "stable"))
+        path = self.model("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 20}\nbodies: {rod: {joint: {name: A, revolute: z, at: ground}, "
+                          "mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}}\nforces: {s: {joint: A, torque: -k*q(A) + sin(9*t)}}\n"
+                          "start: {at: equilibrium}\nrun: {t_end: 0.5, output_step: 0.05, outputs: [q]}\n")
+        self.expect(0, "simulate", path, "--set", "k=23", "-o", self.folder / "swing.csv")
+        for words in (("sensitivity",), ("optimize", "--minimize", "mean(q(A)^2)", "--parameter", "k:10:30"),
+                      ("fit", "swing.csv", "--parameter", "k:10:30", "--columns", "q.A")):
+            done = self.expect(0, words[0], path, *words[1:])
+            self.assertIn("\n  each run begins at the equilibrium that its own start leads to\n", done.stdout)
+        self.assertAlmostEqual(self.object(0, "fit", path, "swing.csv", "--parameter", "k:10:30", "--columns", "q.A")["parameters"]["k"]["value"], 23, 6)
+        path = self.model(self.FALLS)
+        failed = self.object(1, "simulate", path, "--at", "equilibrium")
+        self.assertIn("nothing restrains 'S'", failed["reason"])
+        self.assertEqual(self.object(0, "simulate", path, "--at", "start").get("start_at"), None)
+        self.assertIn("unknown state 'rest'", self.expect(3, "simulate", path, "--at", "rest").stderr)
+        self.assertIn("unknown option '--at'", self.expect(3, "fit", FOUR_BAR, "a.csv", "--at", "equilibrium").stderr)
+
     def test_what_has_no_place_has_a_speed(self):
         """A shaft with a motor goes on steadily: found without being asked for, by its name and with a sentence."""
         path = self.model("""kempe: 1
@@ -818,7 +847,7 @@ class Optima(Case):
                 (3, ("--minimize", "miss", "--parameter", "base:1:2"), "its start 2.2 is not between its bounds"),
                 (2, ("--minimize", "max(", "--parameter", "base:1:3"), "quantity:1"),
                 (3, ("--minimize", "at(miss, 7)", "--parameter", "base:1:3"), "after the end of the run"),
-                (3, ("--minimize", "rms(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'rms(miss)' has no exact derivative"),
+                (3, ("--minimize", "range(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'range(miss)' has no exact derivative"),
                 (3, ("--minimize", "miss", "--parameter", "base:1:3", "--method", "newton"), "available: slopes, values"),
                 (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the model runs at no start")]:
             self.assertIn(told, self.expect(code, "optimize", self.CURVE, *words).stderr)

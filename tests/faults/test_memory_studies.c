@@ -2,6 +2,7 @@
 /* ctest: slow once 7 */
 /* Every allocation fails once (test_memory.c), of the studies of a system. */
 #include "exhaust.h"
+#include <kempe/check.h>
 #include <kempe/comfort.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
@@ -13,6 +14,7 @@
 #include <kempe/modes.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 
 /* A rocker that comes to both dead centres, told in all ways. */
 static kempe_status lead_rocker(scene *s)
@@ -35,6 +37,37 @@ static kempe_status lead_rocker(scene *s)
         status = write_table(s, kempe_kinematics_table(kinematics, "dead_centres", &table), &table);
     kempe_text_free(report);
     kempe_kinematics_free(kinematics);
+    return status;
+}
+
+/* A run and an assembly at an equilibrium, told. */
+static kempe_status begin_at_equilibrium(scene *s)
+{
+    kempe_model *started = NULL;
+    kempe_system *system = NULL;
+    kempe_assembly *assembly = NULL;
+    kempe_trajectory *trajectory = NULL;
+    char *report = NULL;
+    const kempe_run_options run = {.t_end = 0.01, .no_convergence_check = 1};
+    kempe_status status = kempe_model_start_in(s->model, "equilibrium", &started);
+    untouched(status, started);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(started, &system);
+    if (status == KEMPE_OK)
+        status = kempe_assembly_new(system, &assembly);
+    if (status == KEMPE_OK)
+        status = kempe_assembly_print(assembly, KEMPE_JSON, &report);
+    kempe_text_free(report);
+    report = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_simulate(system, &run, &trajectory);
+    if (status == KEMPE_OK)
+        status = kempe_trajectory_print(trajectory, KEMPE_TEXT, &report);
+    kempe_text_free(report);
+    kempe_trajectory_free(trajectory);
+    kempe_assembly_free(assembly);
+    kempe_system_free(system);
+    kempe_model_free(started);
     return status;
 }
 
@@ -518,6 +551,7 @@ static kempe_status carry(scene *s)
 }
 
 static const named_stage stages[] = {{"equilibria", find_equilibria},
+                                     {"begin at an equilibrium", begin_at_equilibrium},
                                      {"exchanged", exchange_unknowns},
                                      {"no equilibrium", find_none},
                                      {"kinematics", lead_rocker},

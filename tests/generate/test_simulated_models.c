@@ -275,6 +275,30 @@ static void starts_balance(void)
     kempe_model_free(model);
 }
 
+/* The start of a simulator is the equilibrium of its model, with the state there. */
+static void starts_are_at_equilibria(void)
+{
+    static char line[MOST_OUT];
+    static double x[MOST];
+    char name[256];
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(
+              context,
+              "kempe: 1\nname: resting\ngravity: [0, -9.81, 0]\nparameters: {k: 30}\n"
+              "states: {sum: {rate: '-3*q(A)'}}\n"
+              "bodies:\n  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.1, 0, 0], inertia: {zz: "
+              "0.1}, points: {E: [0.2, 0, 0]}}\n"
+              "  rod: {joint: {name: B, revolute: z, at: crank.E}, mass: 1, inertia: {zz: 0.1}, points: {tip: [0.5, 0, "
+              "0]}}\n  slider: {joint: {name: X, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+              "loops: {C: {ball: [rod.tip, slider.P]}}\nforces: {s: {joint: A, torque: 'sum - k*q(A) - 2*qd(A)'}}\n"
+              "start: {q: {A: 0.5, B: -0.7, X: 0.6}, qd: {A: 2}, at: equilibrium}\n",
+              "resting.yaml", &model) == KEMPE_OK &&
+          build(model, name));
+    if (run_it(1, 1, "", line, x) > 1)
+        compare(model, "resting", 1, x);
+    kempe_model_free(model);
+}
+
 /* A hill that is much narrower than the steps gives 2 kg its work: at coarse tolerances too, a step that meets it is
  * made again up to it. */
 static void narrow_hills(void)
@@ -358,6 +382,7 @@ int main(void)
     TEST(motions_are_those_of_the_library);
     TEST(starts_move);
     TEST(starts_balance);
+    TEST(starts_are_at_equilibria);
     TEST(narrow_hills);
     TEST(refusals);
     TEST(every_model_has_an_answer);

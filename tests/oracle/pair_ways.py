@@ -145,8 +145,8 @@ class Unit:
 class Way:
     """One way to run a machine: comparisons as (what, values, right ones, allowed differences), or the sentence that refuses it."""
 
-    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator inverse".split()
-    SHARES = dict(zip(NAMES, (1, 0.3, 0.4, 0.25, 0.35, 0.35, 0.06, 0.002, 0.12, 0.2, 0.1, 0.006, 0.25)))  # of the machines
+    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator inverse beside".split()
+    SHARES = dict(zip(NAMES, (1, 0.3, 0.4, 0.25, 0.35, 0.35, 0.06, 0.002, 0.12, 0.2, 0.1, 0.006, 0.25, 0.3)))  # of the machines
     DISTRUSTED = "run lanes outputs resumed quantities stepper unit sensitivity".split()  # ways that judge a motion which leaves a table
 
     def __init__(self, options, folder, pair, number, reference, seed=1):
@@ -433,6 +433,37 @@ class Way:
         names = [f"tau.{n}" for n in pair.names]
         force = max(1.0, *(np.abs(rows[f"qdd.{n}"]).max() for n in pair.names))
         return [("force", np.array([table[n] for n in names]), np.zeros((len(names), len(table["t"]))), ALLOWED * force)], ""
+
+    def beside(self):
+        """The machine and another one that shares nothing with it, included in one model: rows, the end behind a checkpoint, an instance."""
+        numbers = (self.number + k for k in range(1, 100))
+        neighbour = next(pair for pair in (self.options.kind(self.seed, n) for n in numbers) if not hasattr(pair, "left"))
+        text = (self.folder / "pair.yaml").read_text()
+        (self.folder / "neighbour.yaml").write_text(neighbour.text)
+        own = {key: re.search(rf"^{key}: .*$", text, re.MULTILINE) for key in ("gravity", "run")}
+        (self.folder / "both.yaml").write_text(
+            "kempe: 1\n" + (own["gravity"][0] + "\n" if own["gravity"] else "gravity: [0, 0, 0]\n") +
+            "include: [{file: pair.yaml, prefix: a_}, {file: neighbour.yaml, prefix: b_}]\n" + own["run"][0] + "\n")
+        formulation, integrator = METHODS[(self.number // 5) % len(METHODS)]
+        by = ["--formulation", formulation, "--integrator", integrator] if formulation else []
+        if self.number % 3 == 1:
+            done = self.kempe("simulate", "both.yaml", *by, "--t-end", repr(self.reference.awkward[0]), "--checkpoint", "part.kempe")
+            if done.returncode:
+                return None, self.reason(done)
+            by += ["--resume", "part.kempe"]
+        if self.number % 3 == 2:
+            (self.folder / "one.csv").write_text(f"q.a_{self.pair.names[0]}\n{self.pair.x[0]}\n")
+            done = self.kempe("ensemble", "both.yaml", "--values", "one.csv", "-o", "end.csv")
+            table, why = (None, self.reason(done)) if done.returncode else (self.table("end.csv"), "")
+        else:
+            table, why = self.simulate("both.yaml", *by)
+        if table is None:
+            return None, why
+        table = {name.replace(".a_", "."): column for name, column in table.items()}
+        if self.number % 3:
+            return self.ends("end", [table[n][-1] for n in self.state])
+        what, got, right, allowed = self.compared("rows", table, self.state, self.reference.rows)
+        return [(what, got, right, allowed * (MULTISTEP if integrator in ("bdf", "adams") else 1))], ""
 
     def simulator(self):
         if "inputs" in self.pair.other:  # a simulator's inputs are set by its caller

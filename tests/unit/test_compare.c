@@ -195,7 +195,7 @@ static void tables_are_by_integrator_and_by_formulation(void)
 }
 
 /* If preparation is longer than the integration, the advice says so, and names the method that is ready first. */
-static void preparation_is_told(void)
+static void preparation_is_reported(void)
 {
     const double error[WAYS][TOLERANCES] = {
         {2e-4, 5e-7, 2e-8, 2e-10}, {1e-3, 1e-5, 1e-7, 1e-9}, {1e-3, 1e-5, 1e-7, 1e-9}};
@@ -438,7 +438,7 @@ int main(void)
     TEST(both_errors_count);
     TEST(costs_are_those_of_the_error_itself);
     TEST(tables_are_by_integrator_and_by_formulation);
-    TEST(preparation_is_told);
+    TEST(preparation_is_reported);
     TEST(nothing_is_advised_without_errors);
     TEST(steps_tell_stiffness);
     TEST(the_own_reference_is_honest);

@@ -234,7 +234,7 @@ static void pressures_of_cones_are_those_of_hertz(void)
 
 /* -- words ---------------------------------------------------------------------------------------------------- */
 
-static void wrong_words_are_told(void)
+static void wrong_words_are_reported(void)
 {
     loaded l = load(manchester), without = load("examples/four_bar/four_bar.yaml");
     refuses(&without, (kempe_contact_options){.sweep = "A=0:1"}, "the model has no wheels");
@@ -276,7 +276,7 @@ int main(void)
     TEST(contacts_are_where_surfaces_lie_on_each_other);
     TEST(states_are_balanced);
     TEST(pressures_of_cones_are_those_of_hertz);
-    TEST(wrong_words_are_told);
+    TEST(wrong_words_are_reported);
     TEST(beside_the_rails);
     return check_report();
 }

@@ -69,7 +69,7 @@ static const char *const formulations[] = {"reduced", "projected", "dae"};
     "  b:\n    joint: {name: b, revolute: z, at: a.P}\n    mass: 1\n    com: [0.5, 0, 0]\n    inertia: {zz: 0.1}\n"    \
     "start: {q: {a: 2, b: 0.5}}\nrun: " run "\n"
 
-static void chaos_is_told(void)
+static void chaos_is_reported(void)
 {
     scene s;
     open_scene(&s, DOUBLE_PENDULUM("{t_end: 60, output_step: 0.5, rtol: 1e-8}"), NULL);
@@ -173,7 +173,7 @@ static void times_of_events_are_no_difference(void)
 }
 
 /* A state that doubles a difference at each of its events, which the coordinate does not show. */
-static void a_state_that_amplifies_is_told(void)
+static void a_state_that_amplifies_is_reported(void)
 {
     CHECK(!keeps_silent(
         OSCILLATOR("{start: 0.3, when: \"sin(6*pi*q(a)) < 0\", next: \"4*n*(1 - n)*(1 - 1e-3*qd(a)^2)\"}"), NULL,
@@ -377,12 +377,12 @@ int main(void)
     TEST(long_runs_on_rails_are_checked_by_parts);
     TEST(the_beginning_is_a_part);
     TEST(lost_contact_needs_the_whole_run);
-    TEST(chaos_is_told);
+    TEST(chaos_is_reported);
     TEST(forms_of_a_rotation_are_no_difference);
     TEST(a_short_run_keeps_silent);
     TEST(coarse_runs_are_checked_by_finer_ones);
     TEST(times_of_events_are_no_difference);
-    TEST(a_state_that_amplifies_is_told);
+    TEST(a_state_that_amplifies_is_reported);
     TEST(a_loose_pin_is_judged_by_its_motion);
     TEST(long_levers_are_no_change_point);
     TEST(rounding_refuses_no_step);

@@ -2,7 +2,10 @@
 /* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
  * that are exact and their chains. */
 #include "analyses/derivatives/spectrum.h"
+#include "linalg/dense/lapack.h"
 #include "testing.h"
+#include <math.h>
+#include <stdlib.h>
 
 enum { MOST = 12 };
 
@@ -68,6 +71,42 @@ static double largest(const kmp_spectrum *s)
     for (int c = 0; c < s->count; c++)
         most = check_max(most, hypot(s->re[c], s->im[c]));
     return most;
+}
+
+/* Equal masses in a row between equal springs: 2 sin(k pi/(2 p + 2)), on both sides of the size from which on matrices
+ * are divided. */
+static void rows_of_masses_have_their_frequencies(void)
+{
+    enum { LARGE = 150 };
+    static double m[LARGE * LARGE], g[LARGE * LARGE], k[LARGE * LARGE], vectors[LARGE * LARGE], values[LARGE];
+    static const int sizes[] = {KMP_EIGEN_DIVIDED - 1, KMP_EIGEN_DIVIDED, LARGE};
+    for (int n = 0; n < 3; n++) {
+        const int p = sizes[n];
+        kmp_spectrum s;
+        for (int i = 0; i < p * p; i++) {
+            m[i] = i / p == i % p;
+            k[i] = i / p == i % p ? 2 : abs(i / p - i % p) == 1 ? -1 : 0;
+            g[i] = 0;
+            vectors[i] = k[i];
+        }
+        CHECK(kmp_spectrum_init(&s, p, m, NULL, g, k, false) == 0 && s.conservative && s.zeros == 0);
+        CHECK(kmp_symmetric_eigen(p, vectors, values) == 0);
+        for (int i = 0; i < p; i++) {
+            const double right = 2 * sin((i + 1) * acos(-1) / (2 * p + 2));
+            CHECK_NEAR(s.im[2 * i], right, 1e-12);
+            CHECK(s.re[2 * i] == 0);
+            CHECK_NEAR(values[i], right * right, 1e-13);
+            CHECK(residual(&s, 2 * i, m, g, k, false) < 1e-11);
+            double off = 0;
+            for (int row = 0; row < p; row++) {
+                const double *v = vectors + (size_t)i * (size_t)p;
+                off = check_max(off, fabs(2 * v[row] - (row > 0 ? v[row - 1] : 0) - (row < p - 1 ? v[row + 1] : 0) -
+                                          values[i] * v[row]));
+            }
+            CHECK(off < 1e-13);
+        }
+        kmp_spectrum_free(&s);
+    }
 }
 
 /* K of lower rank: as many double zeros; the companion gives the same. */
@@ -246,7 +285,7 @@ static void gyroscopes_stay_on_the_axis(void)
     kmp_spectrum_free(&s);
 }
 
-static void a_mass_that_is_none_is_told(void)
+static void a_mass_that_is_none_is_reported(void)
 {
     double m[] = {1, 1, 1, 1}, zero[4] = {0};
     kmp_spectrum s = {.p = 7};
@@ -290,6 +329,7 @@ static void left_vectors_give_derivatives(void)
 
 int main(void)
 {
+    TEST(rows_of_masses_have_their_frequencies);
     TEST(conservative_ones_are_on_the_axes);
     TEST(still_ones_depend_on_no_basis);
     TEST(the_first_of_equals_are_chosen);
@@ -298,7 +338,7 @@ int main(void)
     TEST(zeros_have_the_chains_that_they_have);
     TEST(light_parts_hide_no_root);
     TEST(gyroscopes_stay_on_the_axis);
-    TEST(a_mass_that_is_none_is_told);
+    TEST(a_mass_that_is_none_is_reported);
     TEST(left_vectors_give_derivatives);
     return check_report();
 }

@@ -60,7 +60,7 @@ static void a_pendulum_is_found_from_anywhere(void)
     }
 }
 
-static void what_nothing_holds_is_told(void)
+static void what_nothing_holds_is_reported(void)
 {
     loaded m = load_text("kempe: 1\ngravity: [0, 0, -9.81]\n"
                          "bodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n");
@@ -649,7 +649,7 @@ static void expect(kempe_system *system, const kempe_equilibrium_options *option
     kempe_equilibrium_free(e);
 }
 
-static void who_pulls_is_told(void)
+static void who_pulls_is_reported(void)
 {
     loaded m = load_text("kempe: 1\nparameters: {T: 20, w: 5}\ngravity: [0, 0, -9.81]\n"
                          "bodies:\n"
@@ -663,7 +663,7 @@ static void who_pulls_is_told(void)
     unload(&m);
 }
 
-static void mistakes_are_told(void)
+static void mistakes_are_reported(void)
 {
     loaded m = load("examples/governor/governor.yaml");
     kempe_equilibrium_options options = {.rates = "shat=3"};
@@ -707,7 +707,7 @@ int main(void)
 {
     TEST(a_hanging_mass_stretches_its_spring);
     TEST(a_pendulum_is_found_from_anywhere);
-    TEST(what_nothing_holds_is_told);
+    TEST(what_nothing_holds_is_reported);
     TEST(what_is_slowed_falls_steadily);
     TEST(a_state_to_look_from);
     TEST(a_double_four_bar_against_its_potential);
@@ -727,7 +727,7 @@ int main(void)
     TEST(a_length_of_a_loop_is_found);
     TEST(a_motor_is_found_for_a_rate);
     TEST(a_sensor_that_knows_the_parameter);
-    TEST(who_pulls_is_told);
-    TEST(mistakes_are_told);
+    TEST(who_pulls_is_reported);
+    TEST(mistakes_are_reported);
     return check_report();
 }

@@ -332,7 +332,7 @@ static void redundant_closures_have_a_nearest_position(void)
 /* -- what goes wrong --------------------------------------------------------------------------------- */
 
 /* x^2 = y^3 ends in a cusp, where h has no slope: y cannot come below 0. */
-static void a_way_that_ends_is_told(void)
+static void a_way_that_ends_is_reported(void)
 {
     loaded l = load_text("kempe: 1\n"
                          "bodies:\n"
@@ -436,7 +436,7 @@ int main(void)
     TEST(an_arm_reaches);
     TEST(included_goals_keep_their_names);
     TEST(redundant_closures_have_a_nearest_position);
-    TEST(a_way_that_ends_is_told);
+    TEST(a_way_that_ends_is_reported);
     TEST(an_open_loop_goes_first);
     TEST(a_joint_with_a_goal_is_not_cut);
     TEST(a_built_model_has_goals);

@@ -194,7 +194,7 @@ static void test_refused(void)
     kempe_context_free(context);
 }
 
-static void test_singular_matrix_is_told(void)
+static void test_singular_matrix_is_reported(void)
 {
     kempe_context *context = kempe_context_new();
     reaction r = {0};
@@ -396,7 +396,7 @@ int main(void)
         TEST(test_dense_output);
         TEST(test_retry_halt_and_giving_up);
         TEST(test_refused);
-        TEST(test_singular_matrix_is_told);
+        TEST(test_singular_matrix_is_reported);
     }
     TEST(test_linear_solvers_solve);
     TEST(test_the_choice_is_by_size_and_fill);

@@ -458,7 +458,7 @@ static void least_norm_by_one_dense_system(void)
 }
 
 /* b1 was driven, and a1 alone cannot do that: said with what is left, which is b1's effort by the other coordinate. */
-static void too_few_actuators_are_told(void)
+static void too_few_actuators_are_reported(void)
 {
     char path[] = "/tmp/kempe_inverse_XXXXXX", *text = NULL;
     loaded m = load_here(in_plane);
@@ -561,7 +561,7 @@ int main(void)
     TEST(known_efforts_come_back);
     TEST(reactions_are_the_outputs);
     TEST(least_norm_by_one_dense_system);
-    TEST(too_few_actuators_are_told);
+    TEST(too_few_actuators_are_reported);
     TEST(out_of_reach_of_the_actuator);
     TEST(what_is_wrong_is_said);
     return check_report();

@@ -84,7 +84,7 @@ static void count_warnings(void *user, kempe_level level, const char *line)
 }
 
 /* A sine of 5 rad/s without its rates: well told by fine rows, not by coarse ones, nor by noisy ones. */
-static void tables_too_coarse_are_told(void)
+static void tables_too_coarse_are_reported(void)
 {
     static const char pendulum[] = "kempe: 1\nname: pendulum\nbodies:\n"
                                    "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0]}\n";
@@ -340,7 +340,7 @@ int main(void)
     TEST(a_motion_of_points);
     TEST(accelerations_of_fourth_order);
     TEST(one_coordinate_is_enough);
-    TEST(tables_too_coarse_are_told);
+    TEST(tables_too_coarse_are_reported);
     TEST(a_table_goes_before_drives);
     TEST(the_branch_is_kept);
     TEST(a_coarse_table_is_closed);

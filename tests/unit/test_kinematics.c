@@ -614,7 +614,7 @@ static void refused(const loaded *m, kempe_kinematics_options options, kempe_sta
     CHECK(got == status && strstr(kempe_context_message(m->context), said) && !k);
 }
 
-static void what_cannot_be_driven_is_told(void)
+static void what_cannot_be_driven_is_reported(void)
 {
     loaded bar = load_text(four_bar_text(&crank_rocker, 1)), stewart = load("examples/stewart/stewart.yaml");
     loaded driven = load("examples/driven_slider_crank/driven_slider_crank.yaml");
@@ -669,6 +669,6 @@ int main(void)
     TEST(two_joints_move_together);
     TEST(legs_stop_together);
     TEST(a_stewart_platform_agrees_with_its_inverse);
-    TEST(what_cannot_be_driven_is_told);
+    TEST(what_cannot_be_driven_is_reported);
     return check_report();
 }

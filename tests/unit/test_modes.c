@@ -698,7 +698,7 @@ static void buckling_is_found_by_halves(void)
     unload(&m);
 }
 
-static void what_is_asked_wrongly_is_told(void)
+static void what_is_asked_wrongly_is_reported(void)
 {
     static const struct {
         kempe_modes_options options;
@@ -751,7 +751,7 @@ static void what_is_asked_wrongly_is_told(void)
 }
 
 /* Whose moment has no limit at half a turn: the mass is blamed for nothing. */
-static void a_bushing_turned_by_half_a_turn_is_told(void)
+static void a_bushing_turned_by_half_a_turn_is_reported(void)
 {
     loaded m = load_text("kempe: 1\nground: {points: {P: [0, 0, 0]}}\nbodies:\n"
                          "  a: {joint: {motions: [{R: [1, 2, 3]}], at: ground.P}, mass: 1, inertia: {xx: 1, yy: 1, zz: "
@@ -810,7 +810,7 @@ int main(void)
     TEST(curves_that_cross_go_on_as_themselves);
     TEST(equal_shares_are_in_order);
     TEST(buckling_is_found_by_halves);
-    TEST(what_is_asked_wrongly_is_told);
-    TEST(a_bushing_turned_by_half_a_turn_is_told);
+    TEST(what_is_asked_wrongly_is_reported);
+    TEST(a_bushing_turned_by_half_a_turn_is_reported);
     return check_report();
 }

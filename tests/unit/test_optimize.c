@@ -95,9 +95,145 @@ static void slopes_are_exact(void)
         }
     }
     kmp_objective_free(&o);
-    CHECK(kmp_objective_init(&o, l.model, 2, names, "rms(q(x))", NULL, &run) == KEMPE_OK);
-    CHECK(o.runs == NULL && strstr(o.obstacle, "'rms(q(x))' has no exact derivative") != NULL);
+    static const char *const without[] = {"range(q(x))", "rms(qdd(x))", "mean(energy.total)", "duration(q(x) < 0)"};
+    for (int k = 0; k < 4; k++) {
+        CHECK(kmp_objective_init(&o, l.model, 2, names, without[k], NULL, &run) == KEMPE_OK);
+        CHECK(o.runs == NULL && strstr(o.obstacle, without[k]) && strstr(o.obstacle, "has no exact derivative"));
+        kmp_objective_free(&o);
+    }
+    unload(&l);
+}
+
+/* The integral of a power of the closed form, by Simpson's rule. */
+static double swing_integral(double k, double c, int power, double from, double to)
+{
+    enum { PARTS = 2000 };
+    double sum = 0;
+    for (int i = 0; i <= PARTS; i++) {
+        const double x = swing_at(k, c, from + (to - from) * i / PARTS), weight = i % PARTS == 0 ? 1 : i % 2 ? 4 : 2;
+        sum += weight * (power == 2 ? x * x : x);
+    }
+    return sum * (to - from) / (3 * PARTS);
+}
+
+/* Means and integrals over time, of the whole run and of a part of it: values and slopes of the closed form. */
+static void slopes_of_integrals_are_exact(void)
+{
+    const char *const names[] = {"k", "c"};
+    const double x[] = {50, 0.8}, steps[] = {1e-2, 1e-3};
+    const kempe_run_options run = {.rtol = 1e-11};
+    loaded l = load_text(swing);
+    kmp_objective o;
+    double values[8], slopes[16];
+    CHECK(kmp_objective_init(&o, l.model, 2, names, "rms(q(x))",
+                             "mean(q(x)) < 1, integral(q(x)^2) < 9, rms(q(x)) from 0.3 s to 0.7 s < 9, "
+                             "mean(q(x)) from 0.5 s < 9",
+                             &run) == KEMPE_OK);
+    CHECK(o.runs != NULL && kmp_objective_slopes(&o, x, values, slopes) == KEMPE_OK);
+    static const struct {
+        int power;
+        bool root, mean;
+        double from, to;
+    } quantities[] = {{2, true, true, 0, 1},
+                      {1, false, true, 0, 1},
+                      {2, false, false, 0, 1},
+                      {2, true, true, 0.3, 0.7},
+                      {1, false, true, 0.5, 1}};
+    for (int v = 0; v < 5; v++) {
+        double at[5];
+        for (int i = 0; i < 5; i++) {
+            const double k = x[0] + (i == 1 ? steps[0] : i == 2 ? -steps[0] : 0);
+            const double c = x[1] + (i == 3 ? steps[1] : i == 4 ? -steps[1] : 0);
+            at[i] = swing_integral(k, c, quantities[v].power, quantities[v].from, quantities[v].to) /
+                    (quantities[v].mean ? quantities[v].to - quantities[v].from : 1);
+            at[i] = quantities[v].root ? sqrt(at[i]) : at[i];
+        }
+        CHECK_NEAR(values[v], at[0], 1e-9);
+        CHECK_NEAR(values[v], o.row[o.list->run.of[v].first_value], 1e-9);
+        for (int p = 0; p < 2; p++)
+            CHECK_NEAR(slopes[v * 2 + p], (at[1 + 2 * p] - at[2 + 2 * p]) / (2 * steps[p]), 1e-8);
+    }
     kmp_objective_free(&o);
+    unload(&l);
+}
+
+/* Slopes against central differences of the integrals that ensembles take from the dense output, which share nothing
+ * with the states of the slopes: through loops, kinks, impacts, multipliers, positions of points and states. */
+static void slopes_of_integrals_are_differences(void)
+{
+    static const char ball[] =
+        "kempe: 1\nparameters: {h: 1, e: 0.8}\ngravity: [-10, 0, 0]\nbodies: {m: {joint: {name: x, prismatic: x, at: "
+        "ground}, mass: 1}}\ncontacts: {floor: {joint: x, lower: 0, restitution: e}}\nstart: {q: {x: h}}\n"
+        "run: {t_end: 1.1}\n";
+    static const char heater[] = /* with a relay */
+        "kempe: 1\nparameters: {gain: 30, loss: 2}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: "
+        "1}}\nstates:\n  T: {rate: 'gain*heat - loss*(T - 15)', start: 18}\n  heat: {hysteresis: T, limits: [20, 25], "
+        "values: [1, 0]}\n  sum: {sample: 10 ms, next: 'sum + 0.01*(T - 22)'}\nforces: {f: {joint: x, force: '-50*q(x) "
+        "- 0.3*qd(x) + T - 20 + sum'}}\nrun: {t_end: 2}\n";
+    static const struct {
+        const char *path, *text; /* of one of both */
+        const char *names[2], *quantity;
+        double x[2], t_end;
+    } cases[] = {
+        {NULL, ball, {"h", "e"}, "mean(q(x))", {1, 0.8}, 1.1},
+        {NULL, ball, {"h", "e"}, "rms(qd(x))", {1, 0.8}, 1.1},
+        {NULL, ball, {"h", "e"}, "integral(max(q(x) - 0.2, 0)) from 0.2 s to 1 s", {1, 0.8}, 1.1},
+        {"examples/four_bar/four_bar.yaml", NULL, {"base", "crank"}, "mean(abs(qd(rocker)))", {0.9, 0.3}, 0.5},
+        {"examples/four_bar/four_bar.yaml", NULL, {"base", "crank"}, "rms(position(coupler.C).y)", {0.9, 0.3}, 0.5},
+        {"examples/four_bar/four_bar.yaml", NULL, {"base", "crank"}, "rms(lambda(C.1)) from 0.1 s", {0.9, 0.3}, 0.5},
+        {NULL, heater, {"gain", "loss"}, "mean(T)", {30, 2}, 2},
+        {NULL, heater, {"gain", "loss"}, "rms(q(x) + 0.1*sum)", {30, 2}, 2},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = cases[k].path ? load(cases[k].path) : load_text(cases[k].text);
+        const kempe_run_options run = {.rtol = 1e-11, .t_end = cases[k].t_end};
+        kmp_objective o;
+        double values[4], slopes[8], row[3], unused[8];
+        const bool made = kmp_objective_init(&o, l.model, 2, cases[k].names, cases[k].quantity, NULL, &run) == KEMPE_OK;
+        CHECK(made && o.runs);
+        if (!made || !o.runs)
+            printf("%s: %s\n", cases[k].quantity, made ? o.obstacle : kempe_context_message(l.context));
+        if (!made)
+            continue;
+        CHECK(o.runs && kmp_objective_slopes(&o, cases[k].x, values, slopes) == KEMPE_OK);
+        CHECK_NEAR(values[0], o.row[0], 1e-9);
+        for (int p = 0; p < 2 && o.runs; p++) {
+            const double step = 1e-4;
+            for (int side = 0; side < 2; side++) {
+                double x[2] = {cases[k].x[0], cases[k].x[1]};
+                x[p] += side ? step : -step;
+                CHECK(kmp_objective_slopes(&o, x, row, unused) == KEMPE_OK);
+                row[1 + side] = o.row[0];
+            }
+            const double difference = (row[2] - row[1]) / (2 * step);
+            CHECK_NEAR(slopes[p], difference, 1e-6);
+        }
+        kmp_objective_free(&o);
+        unload(&l);
+    }
+}
+
+/* A condition ends the run at a time that depends on the parameter, which slopes refuse: without a method the search
+ * goes on without them, and its result says why. */
+static void ends_leave_values(void)
+{
+    loaded l = load_text("kempe: 1\nparameters: {v: 1}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: "
+                         "1}}\nstart: {qd: {x: v}}\nrun: {t_end: 5, until: 'q(x) > 1'}\n");
+    kempe_optimum *o = NULL;
+    char *text = NULL;
+    CHECK(optimize(&l, (kempe_optimum_options){.minimize = "mean((t - 0.25)^2)", .parameters = "v:0.5:4"}, &o) ==
+          KEMPE_OK);
+    CHECK_TEXT(kempe_optimum_method(o), "values");
+    CHECK_NEAR(kempe_optimum_value(o, 0), 1 / 0.375, 1e-4); /* T^2/3 - T/4 + 1/16, T = 1/v */
+    CHECK(kempe_optimum_print(o, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(check_says(text, "without derivatives (COBYLA): the run ends as requested: q(x) > 1"));
+    kempe_text_free(text);
+    kempe_optimum_free(o);
+    CHECK(
+        optimize(&l,
+                 (kempe_optimum_options){.minimize = "mean((t - 0.25)^2)", .parameters = "v:0.5:4", .method = "slopes"},
+                 &o) == KEMPE_E_FAILED);
+    kempe_optimum_free(o);
     unload(&l);
 }
 
@@ -282,6 +418,9 @@ int main(void)
     TEST(finds_a_spring);
     TEST(turns_within_steps);
     TEST(slopes_are_exact);
+    TEST(slopes_of_integrals_are_exact);
+    TEST(slopes_of_integrals_are_differences);
+    TEST(ends_leave_values);
     TEST(extremes_at_events);
     TEST(finds_an_angle);
     TEST(finds_a_coupler_curve);

@@ -280,6 +280,27 @@ static void a_capstan_holds_and_slips(void)
     }
 }
 
+/* A rope three half turns around a post, that would push the lifted mass if it stuck: it slips with T1 = exp(0.9 pi)
+ * T2, in a run of a microsecond as in a longer one. */
+static void a_short_run_decides_as_a_long_one(void)
+{
+    const double factor = exp(0.9 * pi), up = (2 * 9.81 + factor * (15 - 9.81)) / (2 + factor);
+    for (int k = 0; k < WAYS; k++)
+        for (int is_short = 0; is_short < 2; is_short++) {
+            loaded l = load_text(
+                "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: {at: [0, 0, 0], " SEEN "}}}\nbodies:\n"
+                "  a: {joint: {prismatic: z, at: ground}, mass: 2, points: {P: [-0.1, 0, -1]}}\n"
+                "  b: {joint: {prismatic: z, at: ground}, mass: 1, points: {P: [0.1, 0, -1]}}\n"
+                "ropes: {rope: {along: [a.P, {round: ground.O, radius: 0.1, turn: right, friction: 0.3, turns: 1}, "
+                "b.P], slack: no}}\nforces: {lift: {joint: b, force: 15}}\n");
+            kempe_trajectory *run = simulate(&l, &ways[k], is_short ? 1e-6 : 0.05);
+            CHECK_NEAR(at_end(run, "qdd(b)"), up, 1e-9);
+            CHECK_NEAR(at_end(run, "tension(rope)"), up + 9.81 - 15, 1e-9);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
 /* A sheave with friction that turns freely turns with its rope: T1 - T2 = J a/r^2. An elastic rope has the same. */
 static void friction_turns_a_sheave(void)
 {
@@ -1196,6 +1217,7 @@ int main(void)
     TEST(a_bungee_catches);
     TEST(a_rope_becomes_taut_with_an_impact);
     TEST(a_capstan_holds_and_slips);
+    TEST(a_short_run_decides_as_a_long_one);
     TEST(friction_turns_a_sheave);
     TEST(capstans_act_one_after_another);
     TEST(a_level_has_friction_that_slips);

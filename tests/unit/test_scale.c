@@ -195,7 +195,7 @@ static void sparse_systems_are_solved(void)
     CHECK(poor <= 6);
 }
 
-static void singular_systems_are_told(void)
+static void singular_systems_are_reported(void)
 {
     const int row[3] = {0, 1, 1}, col[3] = {0, 0, 1};
     const double zero[3] = {1, 1, 0};
@@ -309,7 +309,7 @@ static void a_long_block_is_exchanged_as_well(void)
     kmp_pick_free(&parts);
 }
 
-static void a_singular_choice_is_told(void)
+static void a_singular_choice_is_reported(void)
 {
     kmp_pick p;
     double max_b, cond;
@@ -579,7 +579,7 @@ static void memory_grows_with_the_chain(void)
 
 /* -- no memory --------------------------------------------------------------------------------------- */
 
-static void every_want_of_memory_is_told(void)
+static void every_want_of_memory_is_reported(void)
 {
     loaded l = chain(100, false, 1);
     kempe_status status = KEMPE_E_MEMORY;
@@ -607,10 +607,10 @@ int main(void)
     TEST(what_is_not_finite_has_no_rank);
     TEST(products_grow_with_the_chain);
     TEST(sparse_systems_are_solved);
-    TEST(singular_systems_are_told);
+    TEST(singular_systems_are_reported);
     TEST(blocks_are_chosen_as_the_whole);
     TEST(a_long_block_is_exchanged_as_well);
-    TEST(a_singular_choice_is_told);
+    TEST(a_singular_choice_is_reported);
     TEST(the_formulations_agree_on_a_long_chain);
     TEST(a_long_chain_passes_its_change_point);
     TEST(passing_is_linear);
@@ -618,6 +618,6 @@ int main(void)
     TEST(no_change_point_is_missed);
     TEST(a_chain_apart_is_assembled);
     TEST(memory_grows_with_the_chain);
-    TEST(every_want_of_memory_is_told);
+    TEST(every_want_of_memory_is_reported);
     return check_report();
 }

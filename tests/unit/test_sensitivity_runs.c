@@ -178,7 +178,7 @@ static double slope_of_cart(scene *s, const char *method, double t_end, double r
     return slope;
 }
 
-static void an_unstable_cart_pole_is_told(void)
+static void an_unstable_cart_pole_is_reported(void)
 {
     scene s;
     open_scene(&s, cart_pole);
@@ -248,7 +248,7 @@ static void checkpoints_are_refused(void)
     close_scene(&s);
 }
 
-static void ensembles_of_it_are_told(void)
+static void ensembles_of_it_are_reported(void)
 {
     scene s;
     open_scene(&s, cart_pole);
@@ -418,10 +418,10 @@ static void inputs_that_are_constant(void)
 int main(void)
 {
     TEST(windows_within_a_step);
-    TEST(an_unstable_cart_pole_is_told);
+    TEST(an_unstable_cart_pole_is_reported);
     TEST(an_error_is_told_with_its_size);
     TEST(checkpoints_are_refused);
-    TEST(ensembles_of_it_are_told);
+    TEST(ensembles_of_it_are_reported);
     TEST(inputs_with_samples);
     TEST(inputs_that_are_constant);
     TEST(an_interrupt_ends_it);

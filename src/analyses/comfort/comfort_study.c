@@ -10,6 +10,7 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
@@ -282,6 +283,8 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
                           kempe_trajectory_reason(trajectory));
     for (int d = 0; d < KMP_COMFORT_DIRECTIONS; d++)
         kempe_outputs_free(s.outputs[d]);
+    if (trajectory && status == KEMPE_OK)
+        status = kmp_made(system->context, kmp_start_balance_copy(&c->arena, trajectory->balance, &c->balance));
     kempe_trajectory_free(trajectory);
     c->warnings = kmp_context_warnings(system->context);
     c->status = status = kmp_context_verdict(system->context, status);
@@ -374,6 +377,7 @@ static void show_title(kmp_text *text, const kempe_comfort *c)
         kmp_text_printf(&title, "ride comfort: largest 95 %% value %.4f %s", as.factor * percentile, as.unit);
     kmp_text_printf(&title, ", t = %.6g to %.6g s", c->from, c->from + c->windows * KMP_COMFORT_WINDOW);
     kmp_print_answer(text, &title, kmp_outcome_of(c->status), c->warnings, "", NULL);
+    kmp_start_balance_show(text, c->balance);
 }
 
 static void show(kmp_text *text, const void *result)
@@ -426,6 +430,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
     kmp_json json = kmp_print_head(text, c->system, kmp_outcome_of(c->status), "", 0, c->warnings);
+    kmp_start_balance_json(&json, c->balance);
     kmp_comfort_json(&json, c);
     kmp_json_end(&json);
 }

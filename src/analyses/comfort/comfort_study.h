@@ -37,6 +37,7 @@ struct kempe_comfort {
     kmp_arena arena;
     kempe_status status;
     char *warnings;
+    const struct kmp_start_balance *balance; /* at which the run begins; NULL: at none */
     double from, rate;
     int windows, count, places;
     kmp_comfort_signal *signal;

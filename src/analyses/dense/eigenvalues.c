@@ -2,6 +2,7 @@
 /* Hides LAPACK's Fortran binding and its workspace. */
 #include "analyses/dense/eigenvalues.h"
 #include "base/arena.h"
+#include "linalg/dense/lapack.h"
 #include <string.h>
 
 extern void dgeevx_(const char *balanc, const char *jobvl, const char *jobvr, const char *sense, const int *n,
@@ -10,6 +11,9 @@ extern void dgeevx_(const char *balanc, const char *jobvl, const char *jobvr, co
                     double *work, const int *lwork, int *iwork, int *info);
 extern void dsygv_(const int *itype, const char *jobz, const char *uplo, const int *n, double *a, const int *lda,
                    double *b, const int *ldb, double *w, double *work, const int *lwork, int *info);
+extern void dsygvd_(const int *itype, const char *jobz, const char *uplo, const int *n, double *a, const int *lda,
+                    double *b, const int *ldb, double *w, double *work, const int *lwork, int *iwork, const int *liwork,
+                    int *info);
 extern void zgeev_(const char *left, const char *right, const int *n, double *a, const int *lda, double *values,
                    double *vl, const int *ldvl, double *vr, const int *ldvr, double *work, const int *lwork,
                    double *rwork, int *info);
@@ -61,11 +65,15 @@ int kmp_eigen_complex(int n, double *a, double *values)
 
 int kmp_eigen_symmetric(int n, double *k, double *m, double *values)
 {
-    int type = 1, lwork = 3 * n, info = 0;
+    const bool divides = n >= KMP_EIGEN_DIVIDED;
+    int type = 1, lwork = divides ? 1 + 6 * n + 2 * n * n : 3 * n, liwork = 3 + 5 * n, info = 0;
     kmp_arena room = {0};
     double *work = KMP_ARENA_NEW(&room, double, lwork);
-    bool made = work;
-    if (made && n > 0)
+    int *iwork = KMP_ARENA_NEW(&room, int, liwork);
+    bool made = work && iwork;
+    if (made && divides)
+        dsygvd_(&type, "V", "L", &n, k, &n, m, &n, values, work, &lwork, iwork, &liwork, &info);
+    else if (made && n > 0)
         dsygv_(&type, "V", "L", &n, k, &n, m, &n, values, work, &lwork, &info);
     kmp_arena_free(&room);
     return !made || info < 0 || (info > 0 && info <= n) ? -1 : info > n ? info - n : 0;

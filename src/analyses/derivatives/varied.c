@@ -2,6 +2,7 @@
 /* A motion with sensitivities as a state: predicted from the nearer of two anchors along tangent and curvature, closed
  * by Newton's method, and differentiated there. Matrices belong to the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
+#include "analyses/derivatives/state_sensitivity.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
@@ -631,10 +632,72 @@ static kempe_status move_into_balance(beginning *b, double *dq, double *dqd)
     return KEMPE_OK;
 }
 
+/* -- equilibria -------------------------------------------------------------------------------------- */
+
+/* The reason why an equilibrium has no derivative here; NULL: it has one. */
+static const char *obstacle_at(const kempe_system *s, const kempe_assembly *a)
+{
+    if (a->inner_q)
+        return "a spherical joint is near its singular position there; give it other axes";
+    if (a->balance->moves)
+        return "it is a steady motion, or a drive moves it; give its state as the start (start: q, qd)";
+    if (kmp_model_rests(s->model))
+        return "friction that sticks, and rigid contacts, have no derivative of an equilibrium; give its state as the "
+               "start (start: q)";
+    if (kmp_model_has_samples(s->model) || s->model->delay_count > 0)
+        return "sampled states, and delays, have no derivative of an equilibrium; give their values as the start "
+               "(start: states)";
+    return NULL;
+}
+
+/* The derivative of an equilibrium: R(u, p) = 0 at rest. Coordinates that nothing depends on have the derivatives of
+ * their start values. */
+static kempe_status move_equilibrium(kmp_sensitivity_equations *v, const kempe_assembly *a, double *dq, double *dqd)
+{
+    static const char parameter[] = "a parameter";
+    const kempe_system *s = v->system;
+    const int n = v->n;
+    kmp_linear *l = &v->linear;
+    kmp_state_sensitivity at;
+    kmp_arena arena = {0};
+    const char **names = KMP_ARENA_NEW(&arena, const char *, v->count);
+    double *start = KMP_ARENA_NEW(&arena, double, 2 * n);
+    kempe_status status = kmp_made(s->context, names && start);
+    for (int k = 0; status == KEMPE_OK && k < v->count; k++)
+        names[k] = parameter;
+    if (status == KEMPE_OK)
+        status = kmp_linear_choose(l, 0, a->q, NULL, 0);
+    if (status == KEMPE_OK && kmp_linear_at_rates(l, 0, a->q, a->qd, false) != KEMPE_OK)
+        status = kmp_fail(s->context, KEMPE_E_FAILED,
+                          "the start has no derivative with respect to parameters: the closures are singular at its "
+                          "equilibrium");
+    if (status == KEMPE_OK)
+        status = kmp_state_sensitivity_init(&at, s, v->count, names);
+    if (status == KEMPE_OK) {
+        status = kmp_state_sensitivity_at(&at, l, v->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
+        memcpy(dq, at.q, (size_t)(n * v->count) * sizeof *dq);
+        memcpy(dqd, at.qd, (size_t)(n * v->count) * sizeof *dqd);
+        for (int k = 0; k < v->count; k++) {
+            (void)kmp_slopes_of_start(v->slopes, k, start, start + n);
+            for (int i = 0; i < a->balance->idle_count; i++)
+                dq[a->balance->idle[i] + k * n] = start[a->balance->idle[i]];
+        }
+        kmp_state_sensitivity_free(&at);
+    }
+    kmp_arena_free(&arena);
+    return status;
+}
+
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 static kempe_status check(const kempe_system *s, const kempe_assembly *a)
 {
+    const char *why = a->balance ? obstacle_at(s, a) : NULL;
+    if (why)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start, an equilibrium, has no derivative with respect to parameters: %s", why);
+    if (a->balance)
+        return KEMPE_OK;
     if (s->model->start.goal_count > 0)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: it is the position nearest to goals "
@@ -701,7 +764,7 @@ kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, 
     b.qd = a && a->held_q ? a->held_qd : a ? a->qd : NULL;
     varied->linear.held = false;
     if (status == KEMPE_OK && varied->count > 0)
-        status = differentiate(&b, dq, dqd);
+        status = a->balance ? move_equilibrium(varied, a, dq, dqd) : differentiate(&b, dq, dqd);
     if (status == KEMPE_OK && a) {
         memcpy(q, a->q, (size_t)varied->n * sizeof *q);
         memcpy(qd, a->qd, (size_t)varied->n * sizeof *qd);

@@ -254,6 +254,17 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
     return KEMPE_OK;
 }
 
+kempe_status kmp_balance_name_resting(kempe_equilibrium *e, const kmp_linear *linear)
+{
+    kmp_text names = {0};
+    if (!e->friction)
+        return KEMPE_OK;
+    kmp_friction_state_look(e->friction, linear->t, linear->q, linear->qd);
+    if (name(e->system->model, e->friction, true, &names) > 0)
+        e->resting = kmp_text_keep(&names, &e->arena);
+    return kmp_made(e->system->context, !e->arena.failed);
+}
+
 kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *balance)
 {
     kmp_friction_state *f = e->friction;

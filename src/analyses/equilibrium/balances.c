@@ -206,7 +206,7 @@ static kempe_status look_again(kempe_equilibrium *e)
             status =
                 kmp_shared_loads_between(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, &e->arena, &found);
         if (status == KEMPE_OK)
-            status = kmp_tell_shared_loads(e->system, &found, e->least_norm, &e->arena, &text);
+            status = kmp_report_shared_loads(e->system, &found, e->least_norm, &e->arena, &text);
         b->not_unique = text;
         b->shared = found;
     }
@@ -226,7 +226,7 @@ const char *kmp_contact_text(kmp_contact_word word)
 }
 
 /* Tells what small motions, or other forces, depend on. */
-static void tell(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
+static void name_contacts(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
 {
     kmp_text names = {0};
     int count = 0;
@@ -285,10 +285,10 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
     }
     if (equilibrium->count > 0)
         return;
-    tell(equilibrium, balance, KMP_CONTACT_TOUCHES,
-         "surfaces touch here without a force; small motions open or close them");
-    tell(equilibrium, balance, KMP_CONTACT_SHARES,
-         "contact forces are not unique, because the contacts are redundant; one solution is shown");
+    name_contacts(equilibrium, balance, KMP_CONTACT_TOUCHES,
+                  "surfaces touch here without a force; small motions open or close them");
+    name_contacts(equilibrium, balance, KMP_CONTACT_SHARES,
+                  "contact forces are not unique, because the contacts are redundant; one solution is shown");
 }
 
 /* -- a balance ---------------------------------------------------------------------------------------- */
@@ -296,13 +296,23 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 /* Forces, coordinates without effect and stability. */
 static kempe_status examine(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *b)
 {
-    KMP_TRY(kmp_balance_add_loads(e, linear, linear->lambda, b));
+    KMP_TRY(e->start ? KEMPE_OK : kmp_balance_add_loads(e, linear, linear->lambda, b));
     b->stability.along = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(e->system->context, b->idle_count >= 0 && !e->arena.failed));
     KMP_TRY(kmp_averaged_judge(e->averaged, linear));
     return kmp_stability_judge(linear, &b->stability);
+}
+
+/* The state in its charts, for a motion that begins there. */
+static kempe_status keep_inner(kempe_equilibrium *e, const kmp_linear *linear)
+{
+    const kempe_system *s = e->system;
+    e->inner_q = copy(e, s->n, linear->q);
+    e->inner_qd = copy(e, s->n, linear->qd);
+    e->chart = copy(e, KMP_CHART_SIZE * s->chart_count, linear->eval->chart);
+    return kmp_made(s->context, !e->arena.failed);
 }
 
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
@@ -343,9 +353,12 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->residuals = copy(e, b->iterations, search->residuals);
     b->steps = copy(e, b->iterations, search->steps);
     KMP_TRY(kmp_made(s->context, !e->arena.failed));
+    if (e->start && s->chart_count > 0)
+        KMP_TRY(keep_inner(e, linear));
+    KMP_TRY(e->start ? kmp_balance_name_resting(e, linear) : KEMPE_OK);
     KMP_TRY(e->state_alone ? KEMPE_OK : examine(e, linear, b));
     KMP_TRY(look_at_contacts(e, linear, b));
-    KMP_TRY(e->state_alone ? KEMPE_OK : kmp_balance_add_friction(e, linear, b));
+    KMP_TRY(e->state_alone || e->start ? KEMPE_OK : kmp_balance_add_friction(e, linear, b));
     add_contacts(e, b);
     e->count++;
     return KEMPE_OK;
@@ -481,7 +494,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
                          .rate_count = e->rate_count,
                          .newton = e->newton,
                          .exchange = e->exchange,
-                         .told = e->state_alone};
+                         .warned = e->state_alone};
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     KMP_TRY(kmp_made(e->system->context, q));
     KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));
@@ -565,10 +578,12 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
 
 static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *options)
 {
-    kempe_assembly *start = NULL;
+    kempe_assembly *own = NULL;
+    const kempe_assembly *start = e->start;
     kmp_linear linear = {0};
     bool none;
-    kempe_status status = kmp_assembly_at_start(e->system, &start);
+    kempe_status status = start && start->system == e->system ? KEMPE_OK : kmp_assembly_as_given(e->system, &own);
+    start = own ? own : start;
     if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
     if (status == KEMPE_OK)
@@ -586,7 +601,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     }
     kmp_friction_state_free(e->friction);
     kmp_linear_free(&linear);
-    kempe_assembly_free(start);
+    kempe_assembly_free(own);
     return status;
 }
 
@@ -595,19 +610,23 @@ static const double *state_of(const void *equilibrium, int k)
     return ((const kempe_equilibrium *)equilibrium)->balance[k].q;
 }
 
+static kempe_status search(kempe_equilibrium *e, const kempe_system *system, const kempe_equilibrium_options *options)
+{
+    const kempe_status status = kmp_averaged_new(system, &e->averaged);
+    e->given = system;
+    e->requested = e->system = kmp_averaged_system(e->averaged, system);
+    KMP_TRY(status);
+    KMP_TRY(read_options(e, options));
+    return find(e, options);
+}
+
 static kempe_status make(const kempe_system *system, const kempe_equilibrium_options *options, bool state_alone,
                          kempe_equilibrium **equilibrium)
 {
     kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_equilibrium, e);
-    kempe_status status = kmp_averaged_new(system, &e->averaged);
     e->state_alone = state_alone;
-    e->given = system;
-    e->requested = e->system = kmp_averaged_system(e->averaged, system);
-    if (status == KEMPE_OK)
-        status = read_options(e, options);
-    if (status == KEMPE_OK)
-        status = find(e, options);
+    kempe_status status = search(e, system, options);
     if (status == KEMPE_OK && !state_alone)
         status = look_again(e);
     if (!state_alone)
@@ -629,6 +648,16 @@ kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton,
 {
     const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
     return make(system, &options, true, equilibrium);
+}
+
+kempe_status kmp_equilibrium_from(const kempe_system *system, const char *rates, const kempe_assembly *start,
+                                  kempe_equilibrium **equilibrium)
+{
+    const kempe_equilibrium_options options = {.size = sizeof options, .rates = rates};
+    KMP_MAKE(system->context, kempe_equilibrium, e);
+    e->start = start;
+    const kempe_status status = search(e, system, &options);
+    return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
 }
 
 KMP_FREES(kempe_equilibrium, equilibrium, kmp_exchange_free(equilibrium->exchange),

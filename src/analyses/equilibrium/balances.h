@@ -5,6 +5,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "analyses/derivatives/linearized.h"
 #include "analyses/equilibrium/exchange.h"
+#include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "integrators/run/friction_state.h"
 #include "model/data/force.h"
@@ -80,7 +81,7 @@ typedef struct kmp_balance {
     double *q, *qd;          /* n, as the user counts them */
     double *lambda;          /* m */
     double *reaction;        /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
-    kmp_shared_loads shared; /* components that redundant constraints share; told only where there are closures */
+    kmp_shared_loads shared; /* components that redundant constraints share; named only where there are closures */
     const char *not_unique;  /* their names; "": none */
     double *freed;           /* values solved for */
     double residual, potential;
@@ -112,6 +113,9 @@ struct kempe_equilibrium {
     int freed_count;                       /* solved for: parameters, and rates as "qd(NAME)" */
     const char **freed_name, **freed_unit; /* unit "" of a parameter */
     bool state_alone;                      /* states and multipliers are wanted, without what is said of them */
+    const kempe_assembly *start;           /* where a motion begins, closed; NULL: the start is assembled */
+    const char *resting;                   /* then, friction at rest without a force, by name; NULL: none */
+    double *inner_q, *inner_qd, *chart;    /* then, of the first balance in its charts */
     bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
     bool from_start;                       /* the first was reached from the start */
     int starts, closed, found, ended;      /* ended: a run would end there, so that they are none */
@@ -126,6 +130,21 @@ struct kempe_equilibrium {
 
 /** kempe_equilibrium_new only for the states: no loads, no stability, no coordinates without effect. */
 kempe_status kmp_equilibrium_states_new(const kempe_system *system, bool newton, kempe_equilibrium **equilibrium);
+
+/** Likewise with stability, from a closed start that the caller has; `rates` as of kempe_equilibrium_options. */
+kempe_status kmp_equilibrium_from(const kempe_system *system, const char *rates, const kempe_assembly *start,
+                                  kempe_equilibrium **equilibrium);
+
+/** True if nothing depends on the coordinate, which moves. */
+bool kmp_balance_is_cyclic(const kmp_balance *balance, int coordinate);
+
+/** Appends the coordinates that move steadily, and how (kmp_steady_list). *kept: rates are as at the start; *held: a
+ * load that is not in the model keeps one. Returns their number; -1: no memory. */
+int kmp_balance_put_cyclic(kmp_text *text, const kempe_equilibrium *equilibrium, const kmp_balance *balance, bool *kept,
+                           bool *held);
+
+/** Appends what grows, after the word of the stability; nothing where nothing does. */
+void kmp_balance_put_growth(kmp_text *text, const kmp_stability *stability);
 
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,

@@ -46,7 +46,7 @@ static bool reactions_of(const kempe_equilibrium *e, const kmp_balance *b, kmp_r
         return false;
     r->least_norm = e->least_norm;
     kmp_reactions_add(r, 0, b->reaction);
-    return !b->shared.told || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
+    return !b->shared.matters || kmp_reactions_mark(r, &b->shared) == KEMPE_OK;
 }
 
 static void put_reactions(kmp_text *text, kmp_json *json, const kempe_equilibrium *e, const kmp_balance *b)
@@ -71,6 +71,21 @@ static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate,
 /* Column of the text of a line, after its label. */
 enum { TEXT_COLUMN = 11 };
 
+void kmp_balance_put_growth(kmp_text *text, const kmp_stability *s)
+{
+    if (s->growing > 0 && isnan(s->re))
+        kmp_text_printf(text, ": %d root%s of the characteristic equation %s a positive real part", s->growing,
+                        s->growing == 1 ? "" : "s", s->growing == 1 ? "has" : "have");
+    else if (s->growing > 0)
+        kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
+                        s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
+    else if (s->secular)
+        kmp_text_put(text, s->im != 0
+                               ? ": an oscillation grows in proportion to time, since eigenvalues coincide and have "
+                                 "one shape"
+                               : ": a displacement grows as a power of time without a force that restores it");
+}
+
 /* The stability, and what moves or does not. */
 static void put_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
@@ -85,18 +100,10 @@ static void put_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_
         kmp_text_put(text, s->word == KMP_NEUTRAL ? " along " : ", and neutral along ");
         list(text, e->system, s->still, s->along);
     }
-    if (s->growing > 0 && isnan(s->re))
-        kmp_text_printf(text, ": %d root%s of the characteristic equation %s a positive real part", s->growing,
-                        s->growing == 1 ? "" : "s", s->growing == 1 ? "has" : "have");
-    else if (s->growing > 0)
-        kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
-                        s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
-    else if (s->secular)
-        kmp_text_put(text, s->im != 0
-                               ? ": an oscillation grows in proportion to time, since eigenvalues coincide and have "
-                                 "one shape"
-                               : ": a displacement grows as a power of time without a force that restores it");
-    else if (s->word == KMP_UNDECIDED)
+    kmp_balance_put_growth(text, s);
+    if (s->growing > 0 || s->secular)
+        return;
+    if (s->word == KMP_UNDECIDED)
         kmp_text_put(text, e->system->model->delay_count > 0
                                ? ": delays with a root close to zero growth, or together with samples"
                                : ": the reduced mass is not positive");
@@ -120,8 +127,7 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     kmp_text_free_part(text, &idle);
 }
 
-/* True if nothing depends on the coordinate, which moves. */
-static bool is_cyclic(const kmp_balance *b, int coordinate)
+bool kmp_balance_is_cyclic(const kmp_balance *b, int coordinate)
 {
     for (int k = 0; k < b->idle_count; k++)
         if (b->idle[k] == coordinate)
@@ -129,25 +135,31 @@ static bool is_cyclic(const kmp_balance *b, int coordinate)
     return false;
 }
 
-static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+int kmp_balance_put_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b, bool *kept, bool *held)
 {
     kmp_steady *found = KMP_NEW(kmp_steady, e->rate_count);
     int count = 0;
-    bool kept = false, held = false;
-    if (!found)
-        text->failed = true;
+    *kept = *held = false;
     for (const kmp_steady *r = e->rates; found && r < e->rates + e->rate_count; r++)
-        if (is_cyclic(b, r->coordinate)) {
+        if (kmp_balance_is_cyclic(b, r->coordinate)) {
             found[count++] = *r;
-            kept = kept || r->how == KMP_RATE_KEPT;
-            held = held || r->how == KMP_RATE_HELD;
+            *kept = *kept || r->how == KMP_RATE_KEPT;
+            *held = *held || r->how == KMP_RATE_HELD;
         }
-    if (count > 0) {
-        kmp_text list = {0};
-        kmp_steady_list(&list, e->system->model, count, found, b->qd);
+    if (found)
+        kmp_steady_list(text, e->system->model, count, found, b->qd);
+    text->failed = text->failed || !found;
+    kmp_free(found);
+    return text->failed ? -1 : count;
+}
+
+static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    bool kept, held;
+    kmp_text list = {0};
+    if (kmp_balance_put_cyclic(&list, e, b, &kept, &held) > 0) {
         kmp_text_put(text, "\n");
         kmp_print_wrapped(text, "steady     ", TEXT_COLUMN, list.s ? list.s : "");
-        kmp_text_free_part(text, &list);
         kmp_text_put(text, "           at constant speed: no force, closure or mass depends on these positions\n");
         if (kept)
             kmp_text_put(text, "           the speeds are as at the start, because no force fixes them\n");
@@ -155,7 +167,7 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
             kmp_text_put(text, "           resistances would slow the motion down: the named additional load, which\n"
                                "           is not in the model, keeps the speed\n");
     }
-    kmp_free(found);
+    kmp_text_free_part(text, &list);
 }
 
 /* "  12.5 N": a force of an element, or a moment. */
@@ -283,7 +295,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
     kmp_json_object(j, "cyclic");
     for (int i = 0; i < e->rate_count; i++)
-        if (is_cyclic(b, e->rates[i].coordinate))
+        if (kmp_balance_is_cyclic(b, e->rates[i].coordinate))
             kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, b->qd[e->rates[i].coordinate]);
     kmp_json_put(j, "} loads {");
     for (int i = 0; i < e->rate_count; i++)

@@ -16,7 +16,7 @@ typedef struct kmp_search {
     bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
     bool balanced; /* descent in short steps, to any balanced state */
     bool quiet;    /* failures give no further message */
-    bool told;     /* warnings of a steady motion were given before */
+    bool warned;   /* warnings of a steady motion were given before */
     bool keeps;    /* rigid contacts stay open or closed as they are in the evaluator */
     struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;

@@ -22,7 +22,7 @@ typedef enum kmp_normal_load {
     KMP_PRESSED_IF_IMPLIED /* closed where the rows of the others keep it so */
 } kmp_normal_load;
 
-/** Closes contacts at (t, q) as `pressed` (count) tells. Friction keeps its modes. The words of the contacts follow. */
+/** Closes contacts at (t, q) as `pressed` (count) says. Friction keeps its modes. The words of the contacts follow. */
 kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
                                       const kmp_normal_load *pressed);
 

@@ -152,7 +152,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                         "unknown state '%s': 'start', 'equilibrium', or 'equilibrium NAME=RATE,..' (a steady motion)",
                         word);
     kempe_assembly *a = NULL;
-    KMP_TRY(kmp_assembly_at_start(system, &a));
+    KMP_TRY(start ? kmp_assembly_at_start(system, &a) : kmp_assembly_as_given(system, &a));
     kmp_operating *o = KMP_NEW(kmp_operating, 1);
     kempe_status status = o ? KEMPE_OK : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {
@@ -194,7 +194,7 @@ static int find_no_number(const kmp_linear *l)
 }
 
 /* Names contacts that press, once. A contact that may open or press is an error. */
-static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_state *friction)
+static kempe_status report_contacts(const kmp_operating *o, const kmp_friction_state *friction)
 {
     kempe_context *context = o->system->context;
     kmp_text names = {0};
@@ -206,7 +206,7 @@ static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_sta
         if (view->contact && view->word != KMP_FRICTION_WORD_SLIPS)
             kmp_text_printf(&names, "%s'%s'", count++ ? ", " : "", view->element->name);
     }
-    if (names.s && !limit && !o->told)
+    if (names.s && !limit && !o->warned)
         kmp_log(context, KEMPE_LOG_WARNING,
                 count == 1 ? "contact %s presses at the state: small motions leave it closed"
                            : "contacts %s press at the state: small motions leave them closed",
@@ -253,13 +253,13 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
     if (status == KEMPE_OK)
         status = check_rolling(o, friction);
     if (status == KEMPE_OK)
-        status = tell_contacts(o, friction);
+        status = report_contacts(o, friction);
     if (status == KEMPE_OK && o->slides)
         kmp_friction_state_slide(friction);
     if (status == KEMPE_OK) {
         /* Names friction that sticks, once. */
         kmp_text names = {0};
-        for (int i = 0; i < friction->count && !o->told; i++)
+        for (int i = 0; i < friction->count && !o->warned; i++)
             if (!friction->view[i].contact && friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
                 kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
         if (names.s)
@@ -267,7 +267,7 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
                     "friction %s sticks at the state: its surfaces do not slide in small motions; --slide of modes, "
                     "linearize and response lets them slide without a force",
                     names.s);
-        o->told = true;
+        o->warned = true;
         kmp_text_free(&names);
     }
     kmp_friction_state_free(friction);

@@ -16,7 +16,7 @@ typedef struct kmp_operating {
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
     bool held;       /* a load holds a rate (steady.h) */
-    bool told;       /* of friction that sticks */
+    bool warned;     /* of friction that sticks */
     bool slides;     /* set by the caller: friction that sticks has no force */
     double residual; /* of an equilibrium, relative */
 } kmp_operating;

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TOLD = 12 };
+enum { MOST_NAMED = 12 };
 #define UNDECIDED 1e-9 /* a singular value of the scaled derivatives of R below: a direction of rates is undecided */
 #define AT_REST   1e-9 /* relative to the rate of the start */
 #define UNCHANGED 1e-7 /* of R at a distance, relative to the forces that act */
@@ -242,7 +242,7 @@ static kempe_status run_once(kmp_linear *l, double t, double *q, const double *q
     if (status == KEMPE_OK && goes_on(l, qd, search, idle)) {
         memcpy(q, at, n * sizeof *q);
         *found = true;
-        return search->told ? KEMPE_OK : warn_of_changes(l, t, search, arena);
+        return search->warned ? KEMPE_OK : warn_of_changes(l, t, search, arena);
     }
     if (status == KEMPE_E_FAILED)
         kmp_context_clear(l->system->context);
@@ -282,10 +282,10 @@ static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady
     kempe_context *context = l->system->context;
     kmp_text names = {0};
     const kempe_model *model = l->system->model;
-    for (int k = 0; k < steady->rate_count && k < MOST_TOLD; k++)
+    for (int k = 0; k < steady->rate_count && k < MOST_NAMED; k++)
         kmp_text_printf(&names, "%s%s", k ? ", " : "", model->motions[steady->rates[k].coordinate].name);
-    if (steady->rate_count > MOST_TOLD)
-        kmp_text_printf(&names, " and %d more", steady->rate_count - MOST_TOLD);
+    if (steady->rate_count > MOST_NAMED)
+        kmp_text_printf(&names, " and %d more", steady->rate_count - MOST_NAMED);
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
         kmp_log(context, KEMPE_LOG_INFO,
@@ -311,7 +311,7 @@ static void warn_of_rest(const kmp_linear *l, const double *qd, const kmp_search
     for (int i = 0; model->wheel_count > 0 && i < kmp_model_coordinates(model); i++)
         if (!model->motions[i].rotation && qd[i] != 0 && (fastest < 0 || fabs(qd[i]) > fabs(qd[fastest])))
             fastest = i;
-    if (fastest < 0 || search->told)
+    if (fastest < 0 || search->warned)
         return;
     kmp_shown as = kmp_shown_as(model->context, "m/s");
     kmp_log(model->context, KEMPE_LOG_WARNING,
@@ -346,7 +346,7 @@ static kempe_status run_from(kmp_linear *l, double t, double *q, const double *q
                              kmp_search *steady, bool *found)
 {
     kmp_arena arena = {0};
-    kmp_search running = {.quiet = true, .told = search->told, .rates = KMP_ARENA_NEW(&arena, kmp_steady, l->n)};
+    kmp_search running = {.quiet = true, .warned = search->warned, .rates = KMP_ARENA_NEW(&arena, kmp_steady, l->n)};
     kempe_status status = kmp_made(l->system->context, running.rates);
     *found = false;
     if (status == KEMPE_OK)

@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_TOLD = 8 };
+enum { MOST_NAMED = 8 };
 
 static const char *name_of(const kempe_inverse *r, int coordinate)
 {
@@ -74,16 +74,16 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
                     r->hold, r->hold_t);
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
-    int redundant = 0, told = 0;
+    int redundant = 0, named = 0;
     for (int k = 0; k < r->m; k++)
         redundant += r->redundant[k];
     if (redundant > 0) {
         kmp_text_put(text, "closures  redundant: multipliers are not unique, and are set to zero in");
         for (int k = 0; k < r->m; k++)
-            if (r->redundant[k] && told++ < MOST_TOLD)
+            if (r->redundant[k] && named++ < MOST_NAMED)
                 kmp_text_printf(text, " %s", r->system->row_names[k]);
-        if (redundant > MOST_TOLD)
-            kmp_text_printf(text, " and %d more", redundant - MOST_TOLD);
+        if (redundant > MOST_NAMED)
+            kmp_text_printf(text, " and %d more", redundant - MOST_NAMED);
         kmp_text_put(text, "\n");
     }
     if (r->singular > 0)
@@ -147,14 +147,14 @@ static void show(kmp_text *text, const void *result)
     const kempe_model *model = r->system->model;
     int reported = 0;
     for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
-        if (reported++ < MOST_TOLD)
+        if (reported++ < MOST_NAMED)
             kmp_text_printf(text, "%s'%s' along %s",
                             reported > 1
                                 ? ", "
                                 : "the actuator forces are in addition to the model's forces along these coordinates: ",
                             model->forces[f].name, name_of(r, model->forces[f].motion));
-    if (reported > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+    if (reported > MOST_NAMED)
+        kmp_text_printf(text, " and %d more", reported - MOST_NAMED);
     kmp_text_put(text, reported > 0 ? "\n" : "");
     show_actuators(text, r, width);
     kmp_reactions_show(text, &r->reactions, "--json");

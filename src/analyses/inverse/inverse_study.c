@@ -557,7 +557,7 @@ static kempe_status follow_again(job *j, const double *size, double end)
 }
 
 /* Names loads that are shared at the first row and the last. */
-static kempe_status tell_shared_loads(const job *j)
+static kempe_status report_shared_loads(const job *j)
 {
     kempe_inverse *r = j->r;
     kmp_shared_loads found;
@@ -568,7 +568,7 @@ static kempe_status tell_shared_loads(const job *j)
     KMP_TRY(
         kmp_shared_loads_between(j->prescribed.eval, t, q, r->joints, r->joint, r->reactions.last, &r->arena, &found));
     KMP_TRY(kmp_reactions_mark(&r->reactions, &found));
-    return kmp_tell_shared_loads(r->system, &found, r->least_norm, &r->arena, &r->not_unique);
+    return kmp_report_shared_loads(r->system, &found, r->least_norm, &r->arena, &r->not_unique);
 }
 
 /* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
@@ -664,7 +664,7 @@ static kempe_status run(job *j)
     r->reason = kmp_arena_strdup(&r->arena, r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
     KMP_TRY(r->reason ? r->status : kmp_fail_memory(r->system->context));
     warn_of_guides(j);
-    KMP_TRY(tell_shared_loads(j));
+    KMP_TRY(report_shared_loads(j));
     bool differentiated = false;
     for (int k = 0; k < j->table.count && j->table.rows >= FEWEST_ROWS; k++)
         differentiated = differentiated || !j->table.given[1][k] || !j->table.given[2][k];

@@ -50,7 +50,8 @@ KMP_FREES(kmp_operating_family, family, kmp_operating_free(family->state), kmp_l
 /* `nearest`: any equilibrium nearby, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_operating_family *s, bool nearest)
 {
-    kmp_search search = {.newton = nearest, .told = s->options.told, .rates = s->rates, .rate_count = s->rate_count};
+    kmp_search search = {
+        .newton = nearest, .warned = s->options.warned, .rates = s->rates, .rate_count = s->rate_count};
     kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
     if (status == KEMPE_OK)
         s->rate_count = search.rate_count; /* of a steady motion that was found where there is no rest */

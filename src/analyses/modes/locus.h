@@ -24,7 +24,7 @@ typedef struct kmp_operating_family_options {
     int rate_count;
     const kmp_steady *varies;     /* the one that varies; NULL: none */
     bool slides;                  /* friction that sticks has no force */
-    bool told;                    /* warnings of a steady motion were given before */
+    bool warned;                  /* warnings of a steady motion were given before */
     const kmp_averaged *averaged; /* whose system it is; NULL: the system is not an averaged one */
 } kmp_operating_family_options;
 

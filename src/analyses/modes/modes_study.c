@@ -93,7 +93,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     kmp_operating_family *family = NULL;
     kmp_operating_family_options own = *options;
     own.name = options->varies ? NULL : m->name;
-    own.spare = own.told = true;
+    own.spare = own.warned = true;
     KMP_TRY(kmp_operating_family_new(m->system, &own, &family));
     kempe_status status = kmp_locus_make(family, count, values, &m->locus);
     if (status == KEMPE_STOPPED) {

@@ -329,7 +329,7 @@ static bool passes_events(const kmp_forward_formulation *f, const double *y)
     const double *from = f->v->anchor[0].q, *to = f->v->linear.q;
     bool any = false, far = kmp_sensitivity_equations_miss(f->v, y) > NEAR_FOR_EVENTS;
     for (int k = 0; k < s->events.count && s->rheonomic; k++)
-        any = any || s->events.condition[k].told == KMP_TOLD_NOTHING;
+        any = any || s->events.condition[k].validity == KMP_VALIDITY_NONE;
     for (int i = 0; i < f->n; i++)
         far = far || fabs(to[i] - from[i]) > FARTHEST * s->scale[i];
     return any && far;

@@ -361,6 +361,10 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     kmp_model_begin_forces(model);
     KMP_TRY(kmp_refuse_contacts(model, "gradients at a position"));
+    if (kmp_model_start(model)->at && kmp_model_state_count(model) > 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "gradients at a position have states at their start values: these are not at an equilibrium "
+                        "(start: at) when the position is another one; leave 'at' out");
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;
     kempe_status status = make(g, model, options);

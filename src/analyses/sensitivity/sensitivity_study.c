@@ -12,6 +12,7 @@
 #include "model/read/requests.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include "platform/platform.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
@@ -407,6 +408,8 @@ static void put_text(kmp_text *text, const void *result)
                     s->kind->integrals ? "motion" : s->kind->name);
     put_parameters(s, text);
     kmp_text_printf(text, s->t_end > 0 ? ", 0 to %.6g s\n" : "\n", s->t_end);
+    if (s->kind->integrals)
+        kmp_starts_show(text, "run", kmp_model_start(s->model)->at);
     if (s->reason[0])
         kmp_print_wrapped(text, "  ", 4, s->reason);
     kmp_print_doubts(text, outcome, s->warnings);

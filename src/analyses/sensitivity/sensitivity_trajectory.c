@@ -331,7 +331,7 @@ static kempe_status check_again(work *w)
         status = kmp_made(s->context, s->again_name);
     }
     if (status == KEMPE_OK)
-        kmp_convergence_warn(s->context, &s->again, s->again_name, NULL, "; use a smaller rtol");
+        kmp_convergence_warn(s->context, &s->again, s->again_name, NULL, kmp_accuracy_remedy(w->spec.rtol));
     s->again_s = kmp_cpu_now() - begin;
     return status;
 }

@@ -215,15 +215,17 @@ kmp_ref kmp_flexible_rate_margin(const kmp_tree *tree, const kmp_flexible *f)
 }
 
 /* The numbers of both conditions are their reasons. */
-static void watch_for(const kmp_tree *tree, const kmp_flexible *f, kmp_told told, const char *words, double limit)
+static void watch_for(const kmp_tree *tree, const kmp_flexible *f, kmp_validity validity, const char *words,
+                      double limit)
 {
     kmp_events *events = tree->conditions.events;
     kmp_text text = {0};
-    if (f->count == 0 || !events || kmp_events_find(events, f, (int)told) >= 0)
+    if (f->count == 0 || !events || kmp_events_find(events, f, (int)validity) >= 0)
         return;
     kmp_text_printf(&text, "flexible body '%s' %s %.4g%s", kmp_model_body(tree->model, f->body)->name, words, limit,
-                    told == KMP_TOLD_DEFLECTION ? " of its length" : " rad/s");
-    const kmp_condition condition = {.of = f, .number = (int)told, .told = told, .text = kmp_text_take(&text)};
+                    validity == KMP_VALIDITY_DEFLECTION ? " of its length" : " rad/s");
+    const kmp_condition condition = {
+        .of = f, .number = (int)validity, .validity = validity, .text = kmp_text_take(&text)};
     if (kmp_events_add(events, condition) < 0)
         kmp_graph_fail(tree->graph);
 }
@@ -231,9 +233,9 @@ static void watch_for(const kmp_tree *tree, const kmp_flexible *f, kmp_told told
 void kmp_flexible_watch(const kmp_tree *tree, const kmp_flexible *f)
 {
     const double fastest = kmp_flexible_fastest(f);
-    watch_for(tree, f, KMP_TOLD_DEFLECTION, "deflects by more than", KMP_DEFLECTION_LARGE);
+    watch_for(tree, f, KMP_VALIDITY_DEFLECTION, "deflects by more than", KMP_DEFLECTION_LARGE);
     if (isfinite(fastest))
-        watch_for(tree, f, KMP_TOLD_ROTATION, "turns with more than", fastest);
+        watch_for(tree, f, KMP_VALIDITY_ROTATION, "turns with more than", fastest);
 }
 
 bool kmp_guide_make(const kmp_tree *tree, const kmp_flexible *f, const kmp_number *linear, const kmp_number *more,

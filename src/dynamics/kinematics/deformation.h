@@ -38,7 +38,7 @@ bool kmp_guide_make(const struct kmp_tree *tree, const kmp_flexible *flexible, c
                     const kmp_number *more, double sign, kmp_guide *guide, kmp_ref *value, kmp_ref *rate);
 
 /** 1 less the square of the largest deflection of a flexible body over the part of its length up to which terms of
- * second order are right; and conditions of motions that are told of where these margins are negative. */
+ * second order are right; and conditions of validity, which are violated where these margins are negative. */
 kmp_ref kmp_flexible_margin(const struct kmp_tree *tree, const kmp_flexible *flexible);
 /** The same of the rates of the joints between the ground and the body over kmp_flexible_fastest. */
 kmp_ref kmp_flexible_rate_margin(const struct kmp_tree *tree, const kmp_flexible *flexible);

@@ -27,7 +27,7 @@ int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
         const kmp_condition condition = {.of = force,
                                          .number = role,
                                          .role = (kmp_role)role,
-                                         .told = level ? KMP_TOLD_LEVEL : KMP_TOLD_NOTHING,
+                                         .validity = level ? KMP_VALIDITY_LEVEL : KMP_VALIDITY_NONE,
                                          .text = kmp_text_take(&text)};
         if (kmp_events_add(tree->conditions.events, condition) < 0) {
             kmp_graph_fail(tree->graph);

@@ -447,7 +447,7 @@ static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, km
                                          .number = number,
                                          .expr = e,
                                          .ends = ends,
-                                         .told = ends ? KMP_TOLD_NOTHING : KMP_TOLD_TABLE,
+                                         .validity = ends ? KMP_VALIDITY_NONE : KMP_VALIDITY_TABLE,
                                          .advice = ends ? advice : NULL};
         if (kmp_events_find(tree->conditions.events, e, number) < 0 &&
             kmp_events_add(tree->conditions.events, condition) < 0)
@@ -585,10 +585,11 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         *difference = kmp_friction_value(tree, &tree->conditions.events->condition[k]);
         return true;
     }
-    const kmp_told told = tree->conditions.events->condition[k].told;
-    if (told == KMP_TOLD_DEFLECTION || told == KMP_TOLD_ROTATION) {
+    const kmp_validity validity = tree->conditions.events->condition[k].validity;
+    if (validity == KMP_VALIDITY_DEFLECTION || validity == KMP_VALIDITY_ROTATION) {
         const kmp_flexible *flexible = tree->conditions.events->condition[k].of;
-        *difference = (told == KMP_TOLD_ROTATION ? kmp_flexible_rate_margin : kmp_flexible_margin)(tree, flexible);
+        *difference =
+            (validity == KMP_VALIDITY_ROTATION ? kmp_flexible_rate_margin : kmp_flexible_margin)(tree, flexible);
         return true;
     }
     if (!e || has_place(e)) {

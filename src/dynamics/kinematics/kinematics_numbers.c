@@ -471,7 +471,7 @@ static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
             return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
         if (is_kink(e))
             return kmp_tree_kink(tree, e, a, b);
-        if (e->function != KMP_FUNCTION_tanh) /* of a step of the function both ends of a step of the run tell */
+        if (e->function != KMP_FUNCTION_tanh) /* of a step of the function both ends of a step of the run decide */
             kmp_tree_watch_pulse(tree, e, a);
         return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
     default:

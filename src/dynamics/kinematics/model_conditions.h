@@ -6,15 +6,16 @@
 #include "model/language/expression.h"
 #include "symbolic/graph.h"
 
-/** A motion in which the value of a condition is negative is doubted for this reason, once and without an event. */
-typedef enum kmp_told {
-    KMP_TOLD_NOTHING,
-    KMP_TOLD_TABLE,      /* the motion is beyond an end of a table, which has no input */
-    KMP_TOLD_LEVEL,      /* a level of friction would push */
-    KMP_TOLD_DEFLECTION, /* a flexible body deflects beyond what its shapes are right for */
-    KMP_TOLD_ROTATION,   /* a flexible body without terms of second order turns faster than they may be left out */
-    KMP_TOLD_END
-} kmp_told;
+/** A condition of validity: where its value is negative the motion is doubted for this reason, once, without an event.
+ */
+typedef enum kmp_validity {
+    KMP_VALIDITY_NONE,
+    KMP_VALIDITY_TABLE,      /* the motion is beyond an end of a table, which has no input */
+    KMP_VALIDITY_LEVEL,      /* a level of friction would push */
+    KMP_VALIDITY_DEFLECTION, /* a flexible body deflects beyond what its shapes are right for */
+    KMP_VALIDITY_ROTATION,   /* a flexible body without terms of second order turns faster than they may be left out */
+    KMP_VALIDITY_END
+} kmp_validity;
 
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {
@@ -27,7 +28,7 @@ typedef struct kmp_condition {
     bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
     bool rough;           /* its change is not noted; a step that meets it is made again up to it */
     bool silent;          /* its change is not noted */
-    kmp_told told;
+    kmp_validity validity;
     bool late;          /* a kink whose value depends on accelerations or multipliers */
     bool by_rates;      /* its value depends on qd */
     bool at_start;      /* a run warns of it; the log has it where it holds at the start, too */

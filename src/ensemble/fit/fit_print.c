@@ -2,8 +2,10 @@
 #include "analyses/parts/study_print.h"
 #include "ensemble/fit/fit_statistics.h"
 #include "ensemble/fit/fit_study.h"
+#include "model/data/start.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include <math.h>
 #include <string.h>
 
@@ -64,6 +66,7 @@ static void put_answer(kmp_text *text, const kempe_fit *f)
     for (int k = 0; f->count <= NAMED && k < f->count; k++)
         kmp_text_printf(text, "%s%s", k ? " and " : "", f->name[k]);
     kmp_text_printf(text, " to %d measurements\n", f->residuals);
+    kmp_starts_show(text, "run", kmp_model_start(f->model)->at);
     if (f->outcome == KMP_SQUARES_NO_START)
         return;
     kmp_text_put(text, f->columns > 1 ? "  residual at most " : "  residual ");

@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/programs/saddle_program.h"
 #include "ensemble/lanes/ensemble_conditions.h"
 #include "ensemble/lanes/ensemble_kernels.h"

@@ -210,19 +210,19 @@ static kempe_status run_all(shared_run *r)
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
-bool kmp_ensemble_tell_mark(const kempe_system *s, kempe_context *context, int k)
+bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int k)
 {
     const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
     if (condition && condition->at_start) {
         kmp_log(context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
         return false;
     }
-    if (condition && condition->told == KMP_TOLD_LEVEL) {
+    if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
         kmp_doubt(context, "friction '%s' has a negative level in instances: it would push",
                   ((const kmp_force *)condition->of)->name);
-    } else if (condition && condition->told >= KMP_TOLD_DEFLECTION) {
+    } else if (condition && condition->validity >= KMP_VALIDITY_DEFLECTION) {
         kmp_doubt(context, "in instances %s: %s", s->event_text[k],
-                  condition->told == KMP_TOLD_ROTATION
+                  condition->validity == KMP_VALIDITY_ROTATION
                       ? "without terms of second order its stiffness is lost at such speeds"
                       : "terms of second order suffice up to there");
     } else {
@@ -241,19 +241,19 @@ bool kmp_ensemble_tell_mark(const kempe_system *s, kempe_context *context, int k
 bool kmp_ensemble_has_mark(const kempe_system *s, int k)
 {
     const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-    return !condition || condition->told != KMP_TOLD_NOTHING || condition->at_start;
+    return !condition || condition->validity != KMP_VALIDITY_NONE || condition->at_start;
 }
 
-/* Reports the marks of all engines, or forgets earlier ones. Deflections are told of their instances. */
-static void tell_conditions(kmp_ensemble *e, bool tells)
+/* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances. */
+static void report_conditions(kmp_ensemble *e, bool reports)
 {
     const kempe_system *s = e->engine[0]->s;
     for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
         bool left = false;
         for (int i = 0; kmp_ensemble_has_mark(s, k) && i < KMP_TEAM_MOST; i++)
             left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
-        if (left && tells && !(k < s->events.count && s->events.condition[k].told == KMP_TOLD_DEFLECTION))
-            e->work.doubted = kmp_ensemble_tell_mark(s, e->model->context, k) || e->work.doubted;
+        if (left && reports && !(k < s->events.count && s->events.condition[k].validity == KMP_VALIDITY_DEFLECTION))
+            e->work.doubted = kmp_ensemble_report_mark(s, e->model->context, k) || e->work.doubted;
     }
 }
 
@@ -312,11 +312,11 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     const bool presses = is_shared(e->engine[0]->s), quiet = kmp_context_quiet(context, true);
-    tell_conditions(e, false);
+    report_conditions(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
     e->work.doubted = open || presses;
-    tell_conditions(e, true);
+    report_conditions(e, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {

@@ -39,6 +39,7 @@ typedef struct kmp_ensemble_result {
     int parts;           /* of its time that separate runs have made between lanes */
     bool rates_changed;  /* its start rates were given and could not be kept */
     bool gaps_changed;   /* closing its loops moves what counts from the start as it is written */
+    bool leaves;         /* it starts at an unstable equilibrium */
     bool unstable;       /* its deformations start in a balance that is not stable */
     const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;
@@ -79,7 +80,7 @@ int kmp_ensemble_width(const kempe_system *system, int width, int instances, int
 /** True if runs mark what makes instances doubtful, or what they warn of: of condition k of a system, or of use k less
  * the number of conditions of a table, in `left`. Doubts a marked one, or warns of it; false: only a warning. */
 bool kmp_ensemble_has_mark(const kempe_system *system, int k);
-bool kmp_ensemble_tell_mark(const kempe_system *system, kempe_context *context, int k);
+bool kmp_ensemble_report_mark(const kempe_system *system, kempe_context *context, int k);
 
 /** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
  * pulses at other times. *open: shorter ones may have been missed. */

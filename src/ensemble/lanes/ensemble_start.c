@@ -26,6 +26,7 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "model/data/parameter.h"
+#include "model/data/start.h"
 #include "model/data/state.h"
 #include "model/read/read_mass.h"
 #include "output/verdict.h"
@@ -226,6 +227,7 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
         KMP_TRY(kmp_made(e->s->context, moved >= 0));
         e->results[i].gaps_changed = moved > 0;
         e->results[i].unstable = (*a)->unstable;
+        e->results[i].leaves = (*a)->balance && (*a)->balance->growing > 0;
         if (start && !(*a)->inner_q) {
             memcpy(start, q, size);
             memcpy(start + n, qd, size);
@@ -249,7 +251,8 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
         kmp_constants_keep(e->s, &e->instances[i].constants);
         status = enter(e, i, known.q ? &known : a);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
-        kmp_instance_leave(e, i, "loops that do not close");
+        kmp_instance_leave(e, i,
+                           kmp_model_start(e->s->model)->at ? "a start that is not found" : "loops that do not close");
     }
     kempe_assembly_free(a);
     if (status == KEMPE_E_INPUT)
@@ -419,8 +422,8 @@ static void judge_instance(kmp_engine *e, int i, double t, const double *q, cons
     double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
     result->drift = kmp_verdict_drift(drift, exchanged, fmax(fabs(potential), fabs(x->potential)));
     for (int k = 0; k < e->s->events.count; k++)
-        result->deflects =
-            result->deflects || (e->s->events.condition[k].told == KMP_TOLD_DEFLECTION && past && past[k].told);
+        result->deflects = result->deflects ||
+                           (e->s->events.condition[k].validity == KMP_VALIDITY_DEFLECTION && past && past[k].reported);
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }

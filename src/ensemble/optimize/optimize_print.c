@@ -3,8 +3,10 @@
 #include "constraints/tolerances.h"
 #include "ensemble/batch.h"
 #include "ensemble/optimize/optimize_study.h"
+#include "model/data/start.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include <math.h>
 #include <string.h>
 
@@ -168,6 +170,7 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_optimum *o = result;
     put_answer(text, o);
+    kmp_starts_show(text, "run", kmp_model_start(o->model)->at);
     if (o->reason[0])
         kmp_print_wrapped(text, "  ", 4, o->reason);
     kmp_print_doubts(text, kmp_outcome_of(o->status), o->warnings);

@@ -11,6 +11,8 @@
 #include "ensemble/fit/search_threads.h"
 #include "ensemble/sampling/sampling.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
+#include "model/language/expression_references.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "platform/platform.h"
@@ -30,18 +32,52 @@ static const double JUMP = 1e-6, STEEP = 10;
 
 /* -- slopes ------------------------------------------------------------------------------------------ */
 
-/* The column of a channel among the columns of the rows; -1: there is none. */
-static int column_of(const kmp_objective *o, int channel)
+static bool is_integral(const kmp_run_quantity *of)
 {
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
-    int n = rows->system->n, shown = o->list->run.shown[channel];
-    int quantity = shown >= 0 ? KMP_QUANTITIES : (-1 - shown) / n, index = shown >= 0 ? shown : (-1 - shown) % n;
+    return of->kind == KMP_TAKE_MEAN || of->kind == KMP_TAKE_RMS || of->kind == KMP_TAKE_INTEGRAL;
+}
+
+/* A column among the columns of the rows; -1: there is none. */
+static int find_column(const kempe_sensitivity *rows, int quantity, int index)
+{
     for (int c = 0; c < rows->columns; c++) {
         const kmp_column *of = &rows->outputs.of[rows->chosen[c]];
         if ((int)of->quantity == quantity && of->index == index)
             return c;
     }
     return -1;
+}
+
+/* The column of quantity q, which is the `integral`-th one of the integrals, or none of them. */
+static int column_of(const kmp_objective *o, int q, int integral)
+{
+    const kmp_run_quantity *of = &o->list->run.of[q];
+    const kempe_model *given = kmp_variant_model(o->list->variant);
+    const int shown = o->list->run.shown[of->channel], n = given->motion_count;
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
+    if (is_integral(of))
+        return find_column(rows, KMP_QUANTITY_QD, n + integral);
+    return shown >= 0 ? find_column(rows, KMP_QUANTITIES, shown)
+                      : find_column(rows, (-1 - shown) / n, (-1 - shown) % n);
+}
+
+/* The expression of a channel; NULL: it is an output that no expression is, or an acceleration, which is known only
+ * after the rates of states. */
+static const kmp_expr *expression_of(const kmp_objective *o, int channel, kmp_arena *arena)
+{
+    const kempe_model *m = kmp_variant_model(o->list->variant);
+    const int shown = o->list->run.shown[channel], n = m->motion_count;
+    if (shown < 0) {
+        const kmp_quantity quantity = (kmp_quantity)((-1 - shown) / n);
+        const kmp_expr e = {.kind = quantity == KMP_QUANTITY_Q ? KMP_EXPR_Q : KMP_EXPR_QD, .index = (-1 - shown) % n};
+        return quantity == KMP_QUANTITY_Q || quantity == KMP_QUANTITY_QD ? kmp_expr_make(arena, e) : NULL;
+    }
+    for (int k = 0, at = 0; k < m->output_count; at += kmp_output_width(m, &m->outputs[k++]))
+        if (at == shown && m->outputs[k].kind == KMP_OUTPUT_SENSOR) {
+            const kmp_expr *e = m->sensors[m->outputs[k].index].expr;
+            return kmp_expr_acceleration(e) ? NULL : e;
+        }
+    return NULL;
 }
 
 /* Why there are no slopes; KEMPE_OK with obstacle. */
@@ -54,10 +90,34 @@ static kempe_status refuse_slopes(kmp_objective *o, const char *reason)
     return kmp_made(o->context, o->obstacle);
 }
 
-/* A copy of the model whose outputs are the channels and all coordinates, rates, accelerations and states. */
+/* The integrals of quantities over time as states: of the square for a root of the mean square. */
+static kempe_status add_integrals(kmp_objective *o)
+{
+    const kmp_run_quantities *run = &o->list->run;
+    kempe_model *m = kmp_variant_model(o->shown);
+    const char **names = KMP_ARENA_NEW(&m->arena, const char *, run->count);
+    const kmp_expr **rates = KMP_ARENA_NEW(&m->arena, const kmp_expr *, run->count);
+    int count = 0;
+    KMP_TRY(kmp_made(o->context, names && rates));
+    for (int q = 0; q < run->count; q++) {
+        if (!is_integral(&run->of[q]))
+            continue;
+        const kmp_expr *e = expression_of(o, run->of[q].channel, &m->arena);
+        if (e && run->of[q].kind == KMP_TAKE_RMS)
+            e = kmp_expr_make(&m->arena, (kmp_expr){.kind = KMP_EXPR_MUL, .a = e, .b = e});
+        names[count] = kmp_arena_printf(&m->arena, "integral %d", count + 1);
+        rates[count++] = e;
+    }
+    KMP_TRY(kmp_made(o->context, !m->arena.failed));
+    return count > 0 ? kmp_variant_add_states(o->shown, count, names, rates) : KEMPE_OK;
+}
+
+/* A copy of the model whose outputs are the channels and all coordinates, rates, accelerations and states, integrals
+ * among them. */
 static kempe_status add_rows(kmp_objective *o)
 {
     KMP_TRY(kmp_variant_new(kmp_variant_model(o->list->variant), 0, NULL, &o->shown));
+    KMP_TRY(add_integrals(o));
     static const kmp_output_kind rows[] = {KMP_OUTPUT_Q, KMP_OUTPUT_QD, KMP_OUTPUT_QDD, KMP_OUTPUT_STATE};
     kempe_model *m = kmp_variant_model(o->shown);
     int count = m->output_count - o->list->argument_outputs, more = m->state_count > 0 ? 4 : 3;
@@ -78,12 +138,18 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     kmp_text list = {0};
     for (int q = 0; q < run->count; q++) {
         const kmp_run_quantity_kind kind = run->of[q].kind;
-        if (kind != KMP_TAKE_END && kind != KMP_TAKE_AT && kind != KMP_TAKE_MAX && kind != KMP_TAKE_MIN)
+        const char *name = o->list->name[run->of[q].first_value];
+        if (is_integral(&run->of[q]) && !expression_of(o, run->of[q].channel, &o->arena))
             return refuse_slopes(o, kmp_arena_printf(&o->arena,
-                                                     "'%s' has no exact derivative: at(..), max(..), min(..) "
-                                                     "and values at the end have one, among them integrals that "
-                                                     "are states",
-                                                     o->list->name[run->of[q].first_value]));
+                                                     "'%s' has no exact derivative: integrals over time have one of "
+                                                     "expressions without accelerations",
+                                                     name));
+        if (!is_integral(&run->of[q]) && kind != KMP_TAKE_END && kind != KMP_TAKE_AT && kind != KMP_TAKE_MAX &&
+            kind != KMP_TAKE_MIN)
+            return refuse_slopes(o, kmp_arena_printf(&o->arena,
+                                                     "'%s' has no exact derivative: at(..), max(..), min(..), "
+                                                     "mean(..), rms(..), integral(..) and values at the end have one",
+                                                     name));
     }
     for (int k = 0; k < o->count; k++)
         kmp_text_printf(&list, "%s%s", k ? "," : "", names[k]);
@@ -97,9 +163,10 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     kmp_text_free(&list);
     if (status != KEMPE_OK && status != KEMPE_E_MEMORY)
         return refuse_slopes(o, kempe_context_message(o->context));
-    for (int k = 0; k < run->channels - run->arguments && status == KEMPE_OK; k++) {
-        o->column[k] = column_of(o, k);
-        if (o->column[k] < 0)
+    for (int q = 0, integral = 0; q < run->count && status == KEMPE_OK; q++) {
+        o->column[q] = column_of(o, q, integral);
+        integral += is_integral(&run->of[q]);
+        if (o->column[q] < 0)
             return refuse_slopes(o, "an expression has no derivative");
     }
     return status;
@@ -110,10 +177,22 @@ static bool is_extreme(const kmp_run_quantity *of)
     return of->kind == KMP_TAKE_MAX || of->kind == KMP_TAKE_MIN;
 }
 
+static double begin_of(const kmp_run_quantity *of)
+{
+    return of->spanned ? of->begin : 0;
+}
+
+static double end_of(const kmp_run_quantity *of, double t_end)
+{
+    return of->spanned ? fmin(of->end, t_end) : t_end;
+}
+
 /* The time of a row of quantity q, `place` rows after its own time; this time where it is not an extreme inside the
- * run. */
+ * run. An integral has the row of its beginning in front. */
 static double time_of(const kmp_objective *o, int q, int place, double t_end)
 {
+    if (is_integral(&o->list->run.of[q]) && place < 0 && begin_of(&o->list->run.of[q]) > 0)
+        return begin_of(&o->list->run.of[q]);
     const double t = o->time[q], apart = NEXT * APART * t_end;
     const bool inside = is_extreme(&o->list->run.of[q]) && t > apart && t < t_end - apart;
     return inside ? t + place * APART * t_end : t;
@@ -150,7 +229,7 @@ static int row_at(const kempe_sensitivity *rows, double t)
 static bool slope_jumps(const kmp_objective *o, const double *x, int q, int k)
 {
     const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
-    const int column = o->column[o->list->run.of[q].channel];
+    const int column = o->column[q];
     double slope[ROWS], size = 0, value = 0;
     for (int i = 0; i < ROWS; i++) {
         const int row = row_at(rows, time_of(o, q, i - NEXT, rows->t_end));
@@ -173,16 +252,33 @@ static int find_corner(const kmp_objective *o, const double *x)
     return -1;
 }
 
+/* Makes an integral its quantity; the factor of the slopes. */
+static double take_mean(const kmp_run_quantity *of, double t_end, double *value)
+{
+    const double length = end_of(of, t_end) - begin_of(of);
+    if (of->kind == KMP_TAKE_INTEGRAL)
+        return 1;
+    *value /= length;
+    if (of->kind == KMP_TAKE_MEAN)
+        return 1 / length;
+    *value = sqrt(fmax(*value, 0));
+    return *value > 0 ? 1 / (2 * length * *value) : 0; /* least where it is zero */
+}
+
 static void take_slopes(const kmp_objective *o, double *values, double *slopes)
 {
     const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
     for (int q = 0; q < o->list->run.count; q++) {
         const kmp_run_quantity *of = &o->list->run.of[q];
-        int at = of->first_value, column = o->column[of->channel];
-        const int row = row_at(rows, o->time[q]);
-        values[at] = kmp_sensitivity_value(rows, row, column);
+        const int at = of->first_value, column = o->column[q], row = row_at(rows, o->time[q]);
+        const int before = is_integral(of) && begin_of(of) > 0 ? row_at(rows, begin_of(of)) : -1;
+        values[at] =
+            kmp_sensitivity_value(rows, row, column) - (before >= 0 ? kmp_sensitivity_value(rows, before, column) : 0);
+        const double factor = is_integral(of) ? take_mean(of, rows->t_end, &values[at]) : 1;
         for (int k = 0; k < o->count; k++)
-            slopes[(ptrdiff_t)at * o->count + k] = kmp_sensitivity_slope(rows, row, column, k);
+            slopes[(ptrdiff_t)at * o->count + k] =
+                factor * (kmp_sensitivity_slope(rows, row, column, k) -
+                          (before >= 0 ? kmp_sensitivity_slope(rows, before, column, k) : 0));
     }
 }
 
@@ -234,7 +330,10 @@ kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, dou
     const kmp_run_quantities *run = &o->list->run;
     for (int q = 0; q < run->count; q++) {
         const kmp_run_quantity *of = &run->of[q];
-        double at = of->kind == KMP_TAKE_AT ? of->time : of->kind == KMP_TAKE_END ? t_end : o->row[of->first_value + 1];
+        double at = of->kind == KMP_TAKE_AT    ? of->time
+                    : of->kind == KMP_TAKE_END ? t_end
+                    : is_integral(of)          ? end_of(of, t_end)
+                                               : o->row[of->first_value + 1];
         o->time[q] = fmin(fmax(at, 0), t_end);
     }
     kmp_slope_runs_set_times(o->runs, order_times(o, rows->t_end), o->times);
@@ -277,7 +376,7 @@ static kempe_status derive(kmp_objective *o, const kempe_model *model, const cha
                         "'%s' has %d values, and one is minimized or maximized: name one joint, and give the others as "
                         "limits",
                         quantity, o->list->requested);
-    KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, o->list->run.channels, &o->column),
+    KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, quantities, &o->column),
                                                 KMP_ROOM(double, quantities + 1, &o->time),
                                                 KMP_ROOM(double, ROWS *quantities + 1, &o->times),
                                                 KMP_ROOM(double, o->list->run.values, &o->row))));
@@ -598,18 +697,40 @@ static kempe_status settle(kempe_optimum *o)
     return status;
 }
 
+static void begin_searches(kempe_optimum *o, int count, double *x, const double *cubes)
+{
+    memcpy(x, cubes, (size_t)count * (size_t)o->count * sizeof *x);
+    for (int k = 0; k < count; k++)
+        o->search[k] = (kmp_searched){.number = k, .x = x + (ptrdiff_t)k * o->count};
+}
+
+/* No start has slopes, as where a condition ends the run: the reason, and searches without them. */
+static kempe_status search_without_slopes(kempe_optimum *o, int count, double *x, const double *cubes)
+{
+    o->objective.obstacle = kmp_arena_strdup(&o->arena, o->search[0].refusal ? o->search[0].refusal : "");
+    KMP_TRY(kmp_made(o->context, o->objective.obstacle));
+    for (int k = 0; k < o->searches; k++) {
+        kmp_free(o->search[k].tried);
+        kmp_free(o->search[k].refusal);
+    }
+    o->searches = o->refused = o->evaluations = 0;
+    o->method = "values";
+    begin_searches(o, count, x, cubes);
+    return run_searches(o, count);
+}
+
 static kempe_status search_all(kempe_optimum *o)
 {
     int found = 0;
     double *cubes = KMP_ARENA_NEW(&o->arena, double, (ptrdiff_t)o->starts * o->count);
+    double *x = KMP_ARENA_NEW(&o->arena, double, (ptrdiff_t)o->starts * o->count);
     o->search = KMP_ARENA_NEW(&o->arena, kmp_searched, o->starts);
     KMP_TRY(kmp_made(o->context, !o->arena.failed));
     KMP_TRY(find_starts(o, cubes, &found));
-    for (int k = 0; k < found; k++) {
-        o->search[k].number = k;
-        o->search[k].x = cubes + (ptrdiff_t)k * o->count;
-    }
+    begin_searches(o, found, x, cubes);
     kempe_status status = run_searches(o, found);
+    if (status == KEMPE_OK && o->best < 0 && o->free_method && strcmp(o->method, "slopes") == 0)
+        status = search_without_slopes(o, found, x, cubes);
     if (status == KEMPE_OK)
         return settle(o);
     if (status != KEMPE_STOPPED || o->best < 0)
@@ -674,6 +795,7 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     if (slopes && !o->objective.runs)
         return kmp_fail(o->context, KEMPE_E_ARGUMENT, "no slopes are available: %s", o->objective.obstacle);
     o->method = slopes ? "slopes" : "values";
+    o->free_method = !method;
     return KEMPE_OK;
 }
 

@@ -10,8 +10,9 @@
 #include <kempe/optimize.h>
 
 /* Quantities of runs (ensemble/quantity_words.h) as functions of parameters, with exact slopes where they
- * exist: of values at a time, and of extremes. The derivative of an extreme is the derivative of its expression at its
- * time, because either the expression's rate is zero there, or the time is an end of the run. */
+ * exist: of values at a time, of extremes, and of means and integrals over time. The derivative of an extreme is the
+ * derivative of its expression at its time, because either the expression's rate is zero there, or the time is an end
+ * of the run. An integral over time is a state of the model of these runs. */
 
 typedef struct kmp_objective {
     kempe_context *context;
@@ -19,7 +20,7 @@ typedef struct kmp_objective {
     kempe_values *values;
     kempe_ensemble *ensemble;
     const kmp_quantity_list *list; /* of the ensemble: the first value is the objective, others are values of limits */
-    int count, *column;            /* parameters; of each channel among the columns of the rows */
+    int count, *column;            /* parameters; of each quantity among the columns of the rows */
     kempe_run_options run;         /* of one thread */
     int threads;                   /* that share the rows of several values */
     double rtol;                   /* of the runs */
@@ -69,6 +70,7 @@ struct kempe_optimum {
     kmp_objective objective;
     kmp_variant *variant; /* of the optimum, for its page */
     bool most_wanted;     /* the largest value */
+    bool free_method;     /* slopes where they exist */
     const char *quantity, *limit_words, *method;
     int count, limits, starts, pool, most, refused, evaluations;
     double tolerance;

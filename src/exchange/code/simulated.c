@@ -264,8 +264,8 @@ static const char *mark_balance(struct kmp_simulated *x, const kempe_system *sys
 {
     const kmp_start *start = &system->model->start;
     for (int k = 0; k < system->events.count; k++)
-        if (system->events.condition[k].told <
-            KMP_TOLD_DEFLECTION) /* which changes nothing, nor does a fast rotation */
+        if (system->events.condition[k].validity <
+            KMP_VALIDITY_DEFLECTION) /* which changes nothing, nor does a fast rotation */
             return "the model has conditions";
     if (system->load_row_count > 0)
         return "forces depend on multipliers";
@@ -291,11 +291,15 @@ static kempe_status take_start_values(struct kmp_simulated *x, kmp_arena *arena,
                 "start: the deformations of 'elastic: static' belong to the nominal parameters, because %s: with other "
                 "values the motion begins out of balance",
                 obstacle);
+    if (assembly->balance && system->model->parameter_count > 0)
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "start: the equilibrium belongs to the nominal parameters: with other values the motion begins out of "
+                "balance");
     for (int k = 0; k < system->n; k++) {
-        x->given[2 * k] = start->q[k].value;
-        x->given[2 * k + 1] = start->qd[k].value;
-        x->keeps[k] |=
-            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
+        x->given[2 * k] = assembly->balance ? assembly->q[k] : start->q[k].value;
+        x->given[2 * k + 1] = assembly->balance ? assembly->qd[k] : start->qd[k].value;
+        x->keeps[k] |= (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) |
+                       (start->qd_given[k] || assembly->balance ? KEMPE_START_KEEPS_RATE : 0);
     }
     return kmp_made(system->context, !arena->failed);
 }
@@ -357,28 +361,28 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
 
 static int kind_of(const kmp_condition *c)
 {
-    if (c->told != KMP_TOLD_NOTHING)
-        return KEMPE_CONDITION_TOLD;
+    if (c->validity != KMP_VALIDITY_NONE)
+        return KEMPE_CONDITION_VALIDITY;
     if (c->role != KMP_ROLE_NONE)
         return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
     return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
 }
 
-/* The consequence of a condition that is told. */
+/* The consequence of a condition of validity. */
 static const char *consequence_of(const kmp_condition *c)
 {
-    static const char *const words[KMP_TOLD_END] = {[KMP_TOLD_TABLE] = "the table goes straight on there",
-                                                    [KMP_TOLD_LEVEL] = "it would push",
-                                                    [KMP_TOLD_DEFLECTION] = "its shapes are right up to there",
-                                                    [KMP_TOLD_ROTATION] =
-                                                        "without terms of second order it is right up to there"};
-    return words[c->told];
+    static const char *const words[KMP_VALIDITY_END] = {[KMP_VALIDITY_TABLE] = "the table goes straight on there",
+                                                        [KMP_VALIDITY_LEVEL] = "it would push",
+                                                        [KMP_VALIDITY_DEFLECTION] = "its shapes are right up to there",
+                                                        [KMP_VALIDITY_ROTATION] =
+                                                            "without terms of second order it is right up to there"};
+    return words[c->validity];
 }
 
 /* The event of an element of friction or of a contact. */
 static const char *event_of(const kmp_condition *c)
 {
-    if (c->told == KMP_TOLD_LEVEL)
+    if (c->validity == KMP_VALIDITY_LEVEL)
         return ": its level is negative";
     if (c->role != KMP_ROLE_SENSE && c->role != KMP_ROLE_HELD)
         return "";
@@ -398,7 +402,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         const kmp_condition *c = &events->condition[k];
         const char *text = kmp_system_event_text(system, c);
         x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
-        const char *advice = c->told != KMP_TOLD_NOTHING ? consequence_of(c) : c->advice;
+        const char *advice = c->validity != KMP_VALIDITY_NONE ? consequence_of(c) : c->advice;
         x->advice[k] = kmp_arena_strdup(&source->arena, advice ? advice : "");
         x->condition_kind[k] = kind_of(c);
         x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);

@@ -111,8 +111,8 @@ static char *path_in(kmp_arena *arena, const char *folder, const char *name)
 }
 
 /* The first line of the compiler's output that says error, otherwise the first one. */
-static kempe_status tell_failure(kempe_context *context, const char *compiler, const kmp_unit_platform *platform,
-                                 int code, const char *said)
+static kempe_status report_failure(kempe_context *context, const char *compiler, const kmp_unit_platform *platform,
+                                   int code, const char *said)
 {
     char *text = NULL;
     size_t length = 0;
@@ -165,7 +165,7 @@ static kempe_status build(kempe_context *context, kmp_arena *arena, const char *
         return kmp_fail_memory(context);
     int code = kmp_process_run(words, said);
     if (code != 0)
-        return tell_failure(context, compiler, platform, code, said);
+        return report_failure(context, compiler, platform, code, said);
     KMP_TRY(kmp_file_read(context, KMP_FILE_BINARY, out, &text, &length));
     kmp_text_append(bytes, text, length);
     kmp_free(text);

@@ -260,7 +260,7 @@ static kempe_simulator_status fail(kempe_simulator *s, const char *sentence)
     return KEMPE_SIMULATOR_FAILED;
 }
 
-static kempe_simulator_status tell(kempe_simulator *s)
+static kempe_simulator_status report(kempe_simulator *s)
 {
     return fail(s, kempe_context_message(unit_of(s)->context));
 }
@@ -334,7 +334,7 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
     const kempe_stepper *stepper = unit_of(s)->stepper;
     const size_t n = (size_t)e->coordinates * sizeof(double);
     if (!stepper || (status != KEMPE_OK && status != KEMPE_STOPPED))
-        return tell(s);
+        return report(s);
     s->t = stepper->t;
     memcpy(s->q, kempe_stepper_q(stepper), n);
     memcpy(s->qd, kempe_stepper_qd(stepper), n);
@@ -351,7 +351,7 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
                                      .exchanges = before->exchanges + (double)r.exchanges,
                                      .events = before->events + (double)r.events};
     if (unit->outputs && kempe_outputs_at_stepper(unit->outputs, unit->stepper, s->y) != KEMPE_OK)
-        return tell(s);
+        return report(s);
     (void)snprintf(s->message, sizeof s->message, "%s", kempe_stepper_reason(stepper));
     return status == KEMPE_OK ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_ENDED;
 }
@@ -557,7 +557,7 @@ void kempe_simulator_restore(kempe_simulator *s, const double *from)
         memcpy(s->p, from + HEAD, parameters);
     const double *packed = from + HEAD + own_numbers(s->equations);
     if (continue_from(s, (const unsigned char *)packed) != KEMPE_OK) {
-        (void)tell(s);
+        (void)report(s);
         stop(unit);
         return;
     }
@@ -594,7 +594,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     return lacking(s);
 }
 
-void kempe_simulator_tell(kempe_simulator *s)
+void kempe_simulator_report(kempe_simulator *s)
 {
     s->message[0] = 0;
 }

@@ -4,7 +4,7 @@
  *     FMI(name), FMI_OF_STATE(verb, end)    a name of the version: fmi2Reset, fmi2GetFMUstate
  *     fmi_instance, fmi_state               its types
  *     unit                                  an instance; its numbers follow in the same memory
- *     take, give_back, tell                 its memory and its messages
+ *     take, give_back, report               its memory and its messages
  *     FMI_MORE, FMI_CHECK_MORE              what a function of values has after them: in version 3 their number
  */
 #ifndef KEMPE_FMI_H
@@ -41,10 +41,11 @@ enum {
 
 static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
 {
-    tell((const unit *)(const void *)fmu, (fmi_status)status, category, sentence);
+    report((const unit *)(const void *)fmu, (fmi_status)status, category, sentence);
 }
 
-/* An instance like `asked`, with room for `more` bytes behind its numbers. NULL: there is none, and why is told. */
+/* An instance like `asked`, with room for `more` bytes behind its numbers. NULL: there is none, and the reason is
+ * reported. */
 static unit *instantiate(const unit *asked, int kind, fmi_string name, fmi_string token, fmi_string resources,
                          fmi_boolean logs, size_t more)
 {
@@ -54,8 +55,8 @@ static unit *instantiate(const unit *asked, int kind, fmi_string name, fmi_strin
         model ? take(asked, sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double) + more) : NULL;
     if (!instance) {
         kempe_fmu_close(model);
-        tell(asked, FMI(Error), kempe_fmu_categories[KEMPE_FMU_LOG_ERROR],
-             model ? "There is no memory for the instance." : sentence);
+        report(asked, FMI(Error), kempe_fmu_categories[KEMPE_FMU_LOG_ERROR],
+               model ? "There is no memory for the instance." : sentence);
         return NULL;
     }
     *instance = *asked;

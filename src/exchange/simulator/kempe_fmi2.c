@@ -37,7 +37,7 @@ static void give_back(const unit *instance, void *memory)
 }
 
 /* The sentence as the format, because some importers show only that. */
-static void tell(const unit *instance, fmi2Status status, const char *category, const char *sentence)
+static void report(const unit *instance, fmi2Status status, const char *category, const char *sentence)
 {
     const fmi2CallbackFunctions *functions = &instance->functions;
     char format[1300];

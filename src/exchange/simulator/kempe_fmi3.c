@@ -34,7 +34,7 @@ static void give_back(const unit *instance, void *memory)
     free(memory);
 }
 
-static void tell(const unit *instance, fmi3Status status, const char *category, const char *sentence)
+static void report(const unit *instance, fmi3Status status, const char *category, const char *sentence)
 {
     if (instance->log)
         instance->log(instance->environment, status, category, sentence);
@@ -86,8 +86,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
 {
     (void)name, (void)token, (void)resources, (void)visible, (void)logs, (void)clock, (void)lock, (void)unlock;
     const unit asked = {.environment = environment, .log = log};
-    tell(&asked, fmi3Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR],
-         "The unit has no scheduled execution: use model exchange or co-simulation.");
+    report(&asked, fmi3Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR],
+           "The unit has no scheduled execution: use model exchange or co-simulation.");
     return NULL;
 }
 

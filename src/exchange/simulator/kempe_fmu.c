@@ -823,7 +823,7 @@ kempe_fmu_status kempe_fmu_get_nominals(kempe_fmu *fmu, double *nominal, size_t 
 }
 
 /* Sentences on what an event changed. */
-static void tell_events(kempe_fmu *fmu, int exchanged)
+static void report_events(kempe_fmu *fmu, int exchanged)
 {
     const kempe_equations *e = fmu->model->equations;
     const kempe_simulator *s = &fmu->simulator;
@@ -867,7 +867,7 @@ kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, 
     *next = kempe_simulator_next_time(s);
     fmu->now.event = 0;
     kempe_simulator_get_states(s, fmu->part.x);
-    tell_events(fmu, *exchanged);
+    report_events(fmu, *exchanged);
     return KEMPE_FMU_OK;
 }
 
@@ -875,7 +875,7 @@ kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int 
 {
     kempe_fmu_status status = kempe_fmu_refresh(fmu);
     if (status == KEMPE_FMU_OK)
-        kempe_simulator_tell(&fmu->simulator);
+        kempe_simulator_report(&fmu->simulator);
     if (status == KEMPE_FMU_OK && fmu->simulator.message[0])
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", fmu->simulator.message);
     *wants_event = status == KEMPE_FMU_OK && kempe_simulator_wants_exchange(&fmu->simulator);

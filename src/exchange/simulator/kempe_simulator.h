@@ -28,10 +28,10 @@ enum {
     KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
-    KEMPE_CONDITION_PASSES, /* of friction and contacts: that it holds is an event, at which modes are decided again */
-    KEMPE_CONDITION_NUMBER, /* of these: a number for the decisions; its mode is an input of them */
-    KEMPE_CONDITION_TOLD /* a table is used beyond its points, a level of friction is negative, ..: the message reports
-                          * this, the motion continues */
+    KEMPE_CONDITION_PASSES,  /* of friction and contacts: that it holds is an event, at which modes are decided again */
+    KEMPE_CONDITION_NUMBER,  /* of these: a number for the decisions; its mode is an input of them */
+    KEMPE_CONDITION_VALIDITY /* a table is used beyond its points, a level of friction is negative, ..: the message
+                              * reports this, the motion continues */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
@@ -216,8 +216,8 @@ typedef struct kempe_equations {
     int kept; /* values of k */
     const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
     const char *const *condition_names, *const *output_names;
-    const char *const
-        *advice; /* conditions: if it ends the motion, the remedy; if it is told, the consequence; may be NULL */
+    const char *const *advice;        /* conditions: if it ends the motion, the remedy; if it is one of validity, the
+                                         consequence; may be NULL */
     const int *coordinate_kind;       /* n */
     const int *condition_kind;        /* conditions */
     const double *scale;              /* n: size of a coordinate */
@@ -303,7 +303,8 @@ typedef struct kempe_simulator {
     double *p;                         /* parameters, and inputs, three each: the next call that advances takes */
     double *u;                         /* changes; kempe_simulator_set_inputs shows their effect at once */
     double *q, *qd, *qdd, *lambda, *y; /* at t */
-    char message[320]; /* the last failure or end as a sentence, or a condition that is told, once; "" */
+    char
+        message[320]; /* the last failure or end as a sentence, or a condition of validity that is violated, once; "" */
     kempe_simulator_work work;
     double *memory;                /* all numbers of the simulator */
     int numbers;                   /* of it */
@@ -409,8 +410,8 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
 /** Values of the conditions: an event is a change of sign. */
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
-/** The message becomes what KEMPE_CONDITION_TOLD is told of the present state, each condition once; "" without any. */
-void kempe_simulator_tell(kempe_simulator *s);
+/** The message names the conditions of validity that the present state violates, each once; "" without any. */
+void kempe_simulator_report(kempe_simulator *s);
 /** The time of the next sample of a state, at which kempe_simulator_update is to be called; INFINITY: there is none. */
 double kempe_simulator_next_time(const kempe_simulator *s);
 /** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */

@@ -231,15 +231,15 @@ static void note_sizes(kempe_simulator *s, const double *value)
         s->part.most[k] = fmax(s->part.most[k], fabs(value[k]));
 }
 
-/* Puts conditions that are told into the message, each once, where their values at t are negative by more than
+/* Puts conditions of validity into the message, each once, where their values at t are negative by more than
  * rounding.
  */
-static void tell_conditions(kempe_simulator *s, double t, const double *value)
+static void report_conditions(kempe_simulator *s, double t, const double *value)
 {
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->conditions; k++) {
         const double least = -KMP_LEVEL_ROUNDING * fmax(s->part.most[k], fabs(value[k]));
-        if (kind_of(s, k) == KMP_CONDITION_TOLD && value[k] < least && s->part.repeats[k]++ == 0)
+        if (kind_of(s, k) == KMP_CONDITION_VALIDITY && value[k] < least && s->part.repeats[k]++ == 0)
             snprintf(s->message, sizeof s->message, "%s: %s at t = %.9g: %s", e->name, e->condition_names[k], t,
                      e->advice[k]);
     }

@@ -570,7 +570,7 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
     const kempe_equations *e = s->equations;
     int row, bad;
     switch (said) {
-    case TOLD:
+    case REPORTED:
         return KEMPE_SIMULATOR_FAILED;
     case OPEN:
         row = widest_row(s);

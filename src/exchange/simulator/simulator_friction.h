@@ -181,10 +181,10 @@ static int fail(void *self, kmp_friction_failure failure, double t)
     return NO_SOLUTION;
 }
 
-static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     (void)element, (void)t, (void)number;
-    if (fact == KMP_FRICTION_TELLS_CHANGE)
+    if (fact == KMP_FRICTION_FACT_CHANGE)
         ((decider *)self)->s->work.events++;
 }
 
@@ -203,7 +203,7 @@ static kmp_friction_site site_of(decider *d)
                                .is_unsettled = is_unsettled,
                                .forget = forget,
                                .fail = fail,
-                               .tell = tell};
+                               .report = report};
 }
 
 /* -- at an instant ------------------------------------------------------------------------------------------- */
@@ -384,7 +384,7 @@ static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
                                      .weigh = weigh,
                                      .kinetic = kinetic_energy,
                                      .fail = fail_impact,
-                                     .tell_impact = count_impact};
+                                     .report_impact = count_impact};
     copy(e->coordinates, part->q, part->site_q);
     copy(e->coordinates, part->qd, part->site_qd);
     order_pivots(s, NULL);

@@ -67,10 +67,10 @@ typedef enum outcome {
     UNSETTLED,
     UNBALANCED,
     MOVED_ANGLES,
-    TOLD
+    REPORTED
 } outcome;
 
-typedef char kinds_are_those[(int)KMP_CONDITION_TOLD == KEMPE_CONDITION_TOLD ? 1 : -1];
+typedef char kinds_are_those[(int)KMP_CONDITION_VALIDITY == KEMPE_CONDITION_VALIDITY ? 1 : -1];
 typedef char header_fits[AT_PAST_CORRECTED <= HEADER ? 1 : -1];
 
 /* Sets the message: the name of the mechanism, then a sentence. */

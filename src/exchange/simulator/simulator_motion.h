@@ -142,14 +142,8 @@ static outcome close_moved(kempe_simulator *s, double t)
     int kept = mark_kept(s, KEMPE_START_KEEPS_PLACE);
     for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
         s->part.fixed[e->independent[k]] = 1;
-    outcome said = close_start(s, t, s->part.fixed);
-    if (said == GOOD && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0)
-        said = close_start(s, t, s->part.fixed);
-    if (said == GOOD)
-        said = evaluate_loops(s, t);
-    if (said == GOOD)
-        evaluate_rates(s);
-    return said;
+    const outcome said = close_start(s, t, s->part.fixed);
+    return said == GOOD && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0 ? close_start(s, t, s->part.fixed) : said;
 }
 
 /* -- a start at given values ----------------------------------------------------------------------------------- */
@@ -265,19 +259,14 @@ static outcome close_given_place(kempe_simulator *s, double t, const double *giv
 /* Closes the loops at the given values: the marked coordinates and rates have them. */
 static outcome close_given(kempe_simulator *s, double t, const double *q, const double *qd)
 {
-    outcome said = close_given_place(s, t, q);
+    const outcome said = close_given_place(s, t, q);
     if (said != GOOD)
         return said;
     mark_given(s, t, qd);
     for (int j = 0; j < s->equations->coordinates; j++)
         if (is_given(qd, j))
             s->part.qd[j] = qd[j];
-    said = close_start(s, t, s->part.fixed);
-    if (said == GOOD)
-        said = evaluate_loops(s, t);
-    if (said == GOOD)
-        evaluate_rates(s);
-    return said;
+    return close_start(s, t, s->part.fixed);
 }
 
 /* Given values may be off by rounding of their third digit where they follow from others. */
@@ -434,6 +423,10 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, const dou
         said = close_given(s, t, q, qd);
     else if (moved)
         said = close_moved(s, t);
+    if (said == GOOD && (given || moved))
+        said = evaluate_loops(s, t);
+    if (said == GOOD && (given || moved))
+        evaluate_rates(s);
     if (said == GOOD && given &&
         (check_given(s, q, part->q, false) == KEMPE_SIMULATOR_FAILED ||
          check_given(s, qd, part->qd, true) == KEMPE_SIMULATOR_FAILED))
@@ -699,11 +692,11 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
     }
 }
 
-void kempe_simulator_tell(kempe_simulator *s)
+void kempe_simulator_report(kempe_simulator *s)
 {
     s->message[0] = 0;
     if (has_changes(s))
-        tell_conditions(s, s->t, s->part.value);
+        report_conditions(s, s->t, s->part.value);
 }
 
 /* The number of states of callers that are dependent now, and begin at their values: rows between rates that are held

@@ -300,7 +300,7 @@ static int end_piece(void *self, double from, const double *before, double to, c
         return status;
     }
     note_sizes(s, change);
-    tell_conditions(s, to, change);
+    report_conditions(s, to, change);
     return 0;
 }
 
@@ -364,7 +364,7 @@ static outcome find_event(kempe_simulator *s, double *again)
                   "%s: the search for changes reached its limit of evaluations in the step from t = %.9g on: set "
                   "'longest' in the settings",
                   e->condition_names[status - KMP_WATCH_UNDECIDED], part->state[AT_BEGIN]);
-        return TOLD;
+        return REPORTED;
     }
     if (status != 0)
         return w.said;

@@ -9,6 +9,8 @@ extern void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, cons
                     int *jpvt, const double *rcond, int *rank, double *work, const int *lwork, int *info);
 extern void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w, double *work,
                    const int *lwork, int *info);
+extern void dsyevd_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w,
+                    double *work, const int *lwork, int *iwork, const int *liwork, int *info);
 
 static int imax(int a, int b)
 {
@@ -17,11 +19,15 @@ static int imax(int a, int b)
 
 int kmp_symmetric_eigen(int n, double *a, double *values)
 {
-    int lwork = 3 * n, info = 0;
+    const bool divides = n >= KMP_EIGEN_DIVIDED;
+    int lwork = divides ? 1 + 6 * n + 2 * n * n : 3 * n, liwork = 3 + 5 * n, info = 0;
     kmp_arena room = {0};
     double *work = KMP_ARENA_NEW(&room, double, lwork);
-    bool made = work;
-    if (made && n > 0)
+    int *iwork = KMP_ARENA_NEW(&room, int, liwork);
+    bool made = work && iwork;
+    if (made && divides)
+        dsyevd_("V", "L", &n, a, &n, values, work, &lwork, iwork, &liwork, &info);
+    else if (made && n > 0)
         dsyev_("V", "L", &n, a, &n, values, work, &lwork, &info);
     kmp_arena_free(&room);
     return made && info == 0 ? 0 : -1;

@@ -5,6 +5,10 @@
 
 #include "base/arena.h"
 
+/** From this size on symmetric eigenproblems are solved by divide and conquer (Cuppen 1981), not by QL iterations,
+ * which take several times as long there. Smaller ones keep their bits. */
+enum { KMP_EIGEN_DIVIDED = 64 };
+
 /** a (n x n, symmetric, its lower triangle is read) becomes its eigenvectors as columns; values ascend. 0; -1: no
  * memory, or the iteration did not converge (it does for finite entries). */
 int kmp_symmetric_eigen(int n, double *a, double *values);

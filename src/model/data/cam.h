@@ -107,7 +107,7 @@ double kmp_cam_inset(const kmp_cam *cam);
 
 /** The parameter of the base curve - the length of places, else an angle in rad - over the polar angle of a roller's
  * centre or an edge, or over the angle of the normal of a flat face, from -pi to pi. A spline through many places,
- * which the caller frees: Newton's steps begin at its value. NULL: *fault tells why. */
+ * which the caller frees: Newton's steps begin at its value. NULL: *fault says why. */
 kmp_table *kmp_cam_parameter(const kmp_cam *cam, const kmp_cam_follower *follower, kmp_cam_check *fault);
 
 /** The path of a roller's centre or an edge at its k-th of `count` places, counter-clockwise. */

@@ -61,8 +61,8 @@ typedef struct kmp_outline_edge {
     bool arc;
 } kmp_outline_edge;
 
-/** Copies of an outline around its origin: contacts see the two nearest ones. Its address is the condition that tells
- * on which side of the nearest copy they are. */
+/** Copies of an outline around its origin: contacts see the two nearest ones. Its address identifies the condition
+ * for the side of the nearest copy on which they are. */
 typedef struct kmp_outline_fold {
     int copies;
     double middle; /* the angle of the middle of the first copy */

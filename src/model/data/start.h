@@ -6,6 +6,8 @@
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
+struct kmp_text;
+
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
 typedef struct kmp_goal {
     int motion, point; /* -1: not used */
@@ -21,7 +23,13 @@ typedef struct kmp_start {
     bool statics;     /* these then move into balance with the loads of the start */
     kmp_goal *goals;
     int goal_count;
+    const char *at; /* the equilibrium to which the assembled start leads: "equilibrium", or "equilibrium NAME=RATE,.."
+                       (a steady motion); NULL: none, it is the start */
 } kmp_start;
+
+/** Reads the state at which a model starts: "start" (*at is NULL then) or an equilibrium, as above. False, with a
+ * complaint: another word, or this build has no equilibria. */
+bool kmp_start_read_at(const char *word, const char **at, struct kmp_text *complaint);
 
 /** The start of a model. */
 const kmp_start *kmp_model_start(const kempe_model *model);

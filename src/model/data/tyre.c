@@ -19,11 +19,11 @@ bool kmp_tyres_put_forms(kmp_text *text, const kempe_model *model, int *next)
 {
     const kmp_tyre *end = model->tyres + model->tyre_count;
     for (const kmp_tyre *tyre = model->tyres + *next; tyre < end; tyre++) {
-        bool told = !tyre->tir;
+        bool known = !tyre->tir;
         for (const kmp_tyre *other = model->tyres; other < tyre; other++)
-            told = told || is_alike(tyre, other);
+            known = known || is_alike(tyre, other);
         *next = (int)(tyre - model->tyres) + 1;
-        if (told)
+        if (known)
             continue;
         kmp_text_put(text, tyre->name);
         for (const kmp_tyre *other = tyre + 1; other < end; other++)

@@ -350,6 +350,33 @@ kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model
     return new_variant(context, model, count, names, false, variant);
 }
 
+/* A state has a motion, and its rate is a force: both are behind all others (model/data/state.h). */
+kempe_status kmp_variant_add_states(kmp_variant *v, int count, const char *const *names, const kmp_expr *const *rates)
+{
+    kempe_model *m = &v->model;
+    const int n = m->motion_count, coordinates = kmp_model_coordinates(m);
+    m->motions = COPY(v, m->motions, n, count);
+    m->states = COPY(v, m->states, m->state_count, count);
+    m->forces = COPY(v, m->forces, m->force_count, count);
+    m->start.q = COPY(v, m->start.q, n, count);
+    m->start.qd = COPY(v, m->start.qd, n, count);
+    m->start.q_given = COPY(v, m->start.q_given, n, count);
+    m->start.qd_given = COPY(v, m->start.qd_given, n, count);
+    m->start.hold = COPY(v, m->start.hold, n, count);
+    if (m->start.undeformed)
+        m->start.undeformed = COPY(v, m->start.undeformed, n, count);
+    KMP_TRY(kmp_made(m->context, !m->arena.failed));
+    for (int k = 0; k < count; k++) {
+        m->start.qd_given[m->motion_count] = true;
+        m->motions[m->motion_count++] = (kmp_motion){.name = names[k], .rotation = true, .axis = {1, 0, 0}};
+        m->forces[m->force_count++] = (kmp_force){
+            .name = names[k], .kind = KMP_FORCE_STATE, .motion = coordinates + m->state_count, .effort = rates[k]};
+        m->states[m->state_count++] = (kmp_state){.name = names[k], .scale = 1, .period = INFINITY};
+    }
+    find_followers(v); /* their numbers are in other places now */
+    return KEMPE_OK;
+}
+
 void kmp_variant_free(kmp_variant *v)
 {
     if (!v)

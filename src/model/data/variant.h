@@ -25,6 +25,12 @@ kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model
                                 kmp_variant **variant);
 void kmp_variant_free(kmp_variant *variant);
 
+/** Adds states with the value 0 at the start, and with these rates, to the copy of a variant without names, before
+ * anything is derived from it: integrals over time. The rates are expressions of the copy that a state of a model file
+ * may have, and live as long as the variant. KEMPE_E_MEMORY. */
+kempe_status kmp_variant_add_states(kmp_variant *variant, int count, const char *const *names,
+                                    const kmp_expr *const *rates);
+
 /** The copy, which belongs to the variant. */
 kempe_model *kmp_variant_model(kmp_variant *variant);
 

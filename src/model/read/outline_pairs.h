@@ -26,6 +26,6 @@ void kmp_outline_contact_outlines(const kmp_reader *r, const kmp_yaml *map, cons
 bool kmp_outline_pair_put(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_outline_pair *pair,
                           kmp_contact_pair *touch);
 
-/** Reports circles that are deeper in a closed outline at the start than contacts can tell. Models with loops, whose
+/** Reports circles that are deeper in a closed outline at the start than contacts can detect. Models with loops, whose
  * start is assembled, are not looked at. */
 void kmp_settle_outlines(kmp_reader *r);

@@ -246,6 +246,17 @@ static void hold_elastic(kmp_reader *r, const kmp_yaml *node)
     r->model->start.statics = held && word == STATIC;
 }
 
+/* The state at which motions begin. */
+static void read_at(kmp_reader *r, const kmp_yaml *node)
+{
+    const char *word = node ? kmp_read_word(r, node, "start at") : NULL, *at = NULL;
+    kmp_text complaint = {0};
+    if (word && !kmp_start_read_at(word, &at, &complaint))
+        kmp_reader_complain(r, node->place, "start at: %s", kmp_reader_take(r, &complaint));
+    else if (at)
+        r->model->start.at = kmp_arena_strdup(&r->model->arena, at);
+}
+
 void kmp_read_start(kmp_reader *r)
 {
     kempe_model *model = r->model;
@@ -279,6 +290,7 @@ void kmp_read_start(kmp_reader *r)
         }
     }
     read_goals(r, kmp_yaml_get(map, "goals"));
+    read_at(r, kmp_yaml_get(map, "at"));
     if (start->statics && start->goal_count > 0)
         kmp_reader_complain(r, kmp_yaml_get(map, "goals")->place,
                             "start: goals are met before the deformations move into balance, which moves the loops "

@@ -512,6 +512,8 @@ static void put_values(kmp_json *json, const kempe_model *model, const char *key
 static void put_start(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "start");
+    if (model->start.at)
+        kmp_json_string(json, "at", model->start.at);
     put_values(json, model, "q", model->start.q);
     put_values(json, model, "qd", model->start.qd);
     kmp_json_array(json, "hold");

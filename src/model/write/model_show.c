@@ -439,6 +439,8 @@ static void show_start(kmp_text *text, const kempe_model *model)
         put_number(text, ", ", start->qd[i].value);
         kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
     }
+    if (start->at)
+        kmp_text_printf(text, "motions begin at: %s\n", start->at);
     begin(text, "goals: value, weight", start->goal_count);
     for (int i = 0; i < start->goal_count; i++) {
         const kmp_goal *goal = &start->goals[i];

@@ -17,7 +17,7 @@ const groundColour = () => (isDark() ? "#7f8c92" : "#8a949a");
 /* -- the stage ---------------------------------------------------------------------------------------------- */
 
 /* A note, and what of many bodies and of large meshes is drawn. */
-function tellNote(picture, note) {
+function writeNote(picture, note) {
     /*FLEXIBLE*/ note = [note, deformationNote(picture)].filter(Boolean).join(" ");
     /*FLEXIBLE*/ picture = withoutPlaces(picture);
     const drawn = picture.bodies.length - 1, bodies = drawn < picture.of_bodies ? `${drawn} of ${picture.of_bodies} bodies are drawn.` : "";
@@ -57,7 +57,7 @@ const solidWithColour = ({ solids }) => solids.find((part) => part.colour && !pa
 const namedColour = (body, b) => (solidWithColour(body) || { colour: bodyColour(b) }).colour;
 
 /* A legend of the bodies' colours, whose names switch them off and on. */
-function tellNames(bodies, hidden, change) {
+function writeNames(bodies, hidden, change) {
     /*FLEXIBLE*/ bodies = withoutPlaces({ bodies }).bodies;
     const count = bodies.length - 1, names = bodies.map((body, b) => {
         const mark = swatchOf(namedColour(body, b)), hatch = hatchOf(b);
@@ -259,7 +259,7 @@ function beginStage(picture, ask) {
 
     function renew() {
         /*FLEXIBLE*/ hidePlaces(picture, hidden);
-        tellNames(picture.bodies, hidden, renew);
+        writeNames(picture.bodies, hidden, renew);
         draw();
     }
 
@@ -285,8 +285,8 @@ function beginStage(picture, ask) {
         draw();
     });
     new ResizeObserver(draw).observe(canvas);
-    tellNote(picture, ask.note(picture));
-    tellNames(picture.bodies, hidden, renew);
+    writeNote(picture, ask.note(picture));
+    writeNames(picture.bodies, hidden, renew);
     /*FLEXIBLE*/ beginDeformation(m, view.rebuild, draw);
     byId("play").parentElement.hidden = !(length() > 0);
     beginViews(canvas, gauge, { orbit, draw, length, seconds: ask.seconds, show: (time) => seek(ask.span()[0] + time) });
@@ -307,7 +307,7 @@ function beginStage(picture, ask) {
         /* Another span: from its beginning. */
         restart() {
             t = 0;
-            tellNote(picture, ask.note(picture));
+            writeNote(picture, ask.note(picture));
             draw();
             play(!calm);
         },

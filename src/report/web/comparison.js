@@ -53,18 +53,18 @@ function markOf(method) {
 
 const advised = data.runs.find((run) => run.rtol === data.advice.rtol && keyOf(run) === keyOf(data.advice));
 
-function tellAnswer() {
+function writeAnswer() {
     const sentences = data.advice.reasons, complete = data.status === "complete";
     if (!advised)
-        return tellHead([complete || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end"], [], sentences);
+        return writeHead([complete || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end"], [], sentences);
     const error = isNumber(advised.error.q) ? power(advised.error.q) : advised.below_reference ? "< " + power(10 * uncertainty[0]) : "unknown";
     const answer = [complete ? "Use " : `${sentence(data.status)}: use `, `${nameOf(advised.method)} `, element("small", `at rtol ${tolerance(advised.rtol)}`)];
     const facts = [["error of q", error], ["CPU time", duration(advised.cpu_s)], ["evaluations", count(advised.work.rhs)]];
-    return tellHead(answer, facts.map(([name, value]) => ({ name, value })), sentences);
+    return writeHead(answer, facts.map(([name, value]) => ({ name, value })), sentences);
 }
 
 /* Bars of the times that the other methods take for the error of the advice; the scale is logarithmic. */
-function tellOthers() {
+function writeOthers() {
     const level = data.equal_error.find((l) => l.error === data.advice.error), table = element("table"), most = 7;
     if (!advised || !level) return;
     const rows = level.methods.map((method, w) => ({ method: w, ratio: isNumber(method.ratio) ? method.ratio : Infinity }));
@@ -82,7 +82,7 @@ function tellOthers() {
     if (rows.length > most) byId("others").append(element("p.note", `and ${rows.length - most} more in the table of CPU time at equal error`));
 }
 
-function tellReference() {
+function writeReference() {
     const [q, qd, lambda] = uncertainty, source = data.reference.source || "";
     let words = hasReference ? `Reference: ${source}` : `No reference: ${source === "none" ? "errors are unknown" : source.replace(/^none: /, "")}`;
     if (hasReference && q > 0) words += `; its estimated error is ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
@@ -107,7 +107,7 @@ function levelCell({ below_reference: blank, methods: costs }, w) {
     return cell;
 }
 
-function tellLevels() {
+function writeLevels() {
     const levels = data.equal_error, table = byId("levels").querySelector("table");
     byId("levels").hidden = levels.length === 0;
     byId("levels").querySelector(".note").append("CPU time in ms of each method for an error of q, and the ratio to the fastest method of the column." +
@@ -126,7 +126,7 @@ function costCells(cost) {
         cell(three((1e6 * cpu) / evaluations), ratio_time_per_evaluation)];
 }
 
-function tellTable(id, rows) {
+function writeTable(id, rows) {
     byId(id).hidden = rows.length === 0;
     (rows.length > 0 ? rows[0].errors : []).forEach(({ error }, k) => {
         const table = element("table", headRow([`error of q ${power(error)}`, "CPU ms", "ratio", "steps", "evaluations a step", "\u00b5s an evaluation"]));
@@ -135,7 +135,7 @@ function tellTable(id, rows) {
     });
 }
 
-function tellFailures() {
+function writeFailures() {
     fillList(byId("failures").querySelector("ul"), [...data.failures, ...data.warnings]);
     byId("failures").hidden = data.failures.length + data.warnings.length === 0;
 }
@@ -178,7 +178,7 @@ function countRow({ status, work }, k) {
     return row;
 }
 
-function tellRuns() {
+function writeRuns() {
     const [table, counts] = document.querySelectorAll("#runs table");
     table.append(headRow(COLUMNS), ...data.runs.map(runRow).filter((row) => row));
     counts.append(headRow(["method", "rtol", ...Object.values(COUNTS)]), ...data.runs.map(countRow).filter((row) => row));
@@ -281,14 +281,14 @@ function stageNote({ frames }) {
 }
 
 function begin() {
-    tellAnswer();
-    tellOthers();
-    tellReference();
-    tellTable("same", data.same_integrator);
-    tellTable("bests", data.best_of_formulation);
-    tellLevels();
-    tellFailures();
-    tellRuns();
+    writeAnswer();
+    writeOthers();
+    writeReference();
+    writeTable("same", data.same_integrator);
+    writeTable("bests", data.best_of_formulation);
+    writeLevels();
+    writeFailures();
+    writeRuns();
     beginCost();
     beginRecords("Time histories of residuals and step size", "The recommended run and the best run of each other formulation, repeated with monitoring. The vertical line is the time of the animation.",
         (shown) => [markOf(data.runs[shown.run].method), recordName(shown)]);

@@ -16,7 +16,7 @@ function reactionColumns(given, what, single) {
 const cleaned = (x, largest) => (isNumber(x) && Math.abs(x) <= 1e-12 * largest ? 0 : x);
 
 /* The joints with the largest forces, in the card of the result. */
-function tellLargest(given, rows, cell, single) {
+function writeLargest(given, rows, cell, single) {
     const list = rows.filter((row) => cell(row, "force") > 0).sort((a, b) => cell(b, "force") - cell(a, "force"));
     const place = byId("joint-forces"), table = place.querySelector("table");
     place.hidden = list.length === 0;
@@ -24,7 +24,7 @@ function tellLargest(given, rows, cell, single) {
     for (const row of list.slice(0, MOST_JOINTS)) table.append(rowOf(cell(row, "joint") + (cell(row, "unique") === 0 ? " (not unique)" : ""), digits(cell(row, "force")), ...(single ? [] : [digits(cell(row, "force.t"), 4)])));
 }
 
-function tellReactions() {
+function writeReactions() {
     const given = data.reactions;
     byId("reactions").hidden = byId("joint-forces").hidden = !given;
     if (!given) return;
@@ -32,7 +32,7 @@ function tellReactions() {
     const times = given.rows.flatMap((row) => [cell(row, "force.t"), cell(row, "moment.t")]).filter(isNumber);
     const single = new Set(times).size < 2, numbered = given.columns.includes("equilibrium") && cell(given.rows[given.rows.length - 1], "equilibrium") > 0;
     const columns = [...reactionColumns(given, "force", single), ...reactionColumns(given, "moment", single)];
-    tellLargest(given, numbered ? [] : given.rows, cell, single); /* of one result */
+    writeLargest(given, numbered ? [] : given.rows, cell, single); /* of one result */
     const largest = Math.max(...given.rows.flatMap((row) => [cell(row, "force"), cell(row, "moment")]).filter(isNumber), 0);
     const table = byId("reactions-table");
     table.append(headRow(["joint", ...(numbered ? ["equilibrium"] : []), ...columns.map(([title]) => title)]));
@@ -47,11 +47,11 @@ function tellReactions() {
     if (given.rows.some((row) => cell(row, "unique") === 0)) notes.push("* not unique: redundant constraints share the load.");
     for (const row of given.rows) if (cell(row, "note")) notes.push(`${cell(row, "joint")}: ${cell(row, "note")}.`);
     byId("reactions-note").append(notes.join(" "));
-    tellBearings();
+    writeBearings();
 }
 
 /* The loads of the bearings of a model that has some. */
-function tellBearings() {
+function writeBearings() {
     const given = data.bearings;
     byId("bearings").hidden = !given;
     if (!given) return;

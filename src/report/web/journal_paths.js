@@ -78,7 +78,7 @@ function depthWords({ unit, depths: { began, ended, cut, touching, quartiles, tu
 
 /* -- the section ------------------------------------------------------------------------------------------- */
 
-function tellContacts() {
+function writeContacts() {
     const place = byId("contact-figures");
     byId("contacts").hidden = data.contacts.length === 0;
     byId("paths-note").hidden = !data.contacts.some((contact) => contact.x);

@@ -29,14 +29,14 @@ function title(mode) {
     return mode.re > 0 ? "grows" : "decays";
 }
 
-function tellVerdict() {
+function writeVerdict() {
     const sentences = (locus ? locus.critical : []).map(({ value, eigenvalue: [, im], grows }) => `${namedValue(value)}: a mode ${im > 0 ? `of ${digits(im / TAU, 5)} Hz ` : ""}grows ${grows} it`);
-    tellHead([`${sentence(data.status)}: ${data.stability}`], [], [...data.warnings.split("\n"), data.reasons.replace(/^[a-z]+: /, ""), ...sentences]);
+    writeHead([`${sentence(data.status)}: ${data.stability}`], [], [...data.warnings.split("\n"), data.reasons.replace(/^[a-z]+: /, ""), ...sentences]);
 }
 
 /* -- the list ----------------------------------------------------------------------------------------------- */
 
-function tellModes() {
+function writeModes() {
     const table = byId("modes");
     table.append(headRow(["", "frequency", "damping", "eigenvalue, 1/s", "participation"]));
     modes.forEach((mode, k) => {
@@ -52,12 +52,12 @@ function tellModes() {
 
 function choose(k) {
     chosen = k;
-    tellChosen();
+    writeChosen();
     if (stage) stage.restart();
     drawPlots();
 }
 
-function tellChosen() {
+function writeChosen() {
     for (const button of document.querySelectorAll("#modes button")) {
         const is = Number(button.dataset.mode) === chosen;
         button.setAttribute("aria-pressed", String(is));
@@ -160,7 +160,7 @@ function drawPlots() {
     else drawDamping();
 }
 
-function tellPlots() {
+function writePlots() {
     const orders = locus && data.sweep.orders.length > 0 ? " and order lines" : "";
     byId("plots-title").append(locus ? `Sweep of ${locus.name}` : "Eigenvalues and damping");
     byId("plots-note").append(locus ? `${locus.name} from ${digits(shownValue(locus.values[0]), 5)} (dots on the curves) to ${valueWords(locus.values[locus.values.length - 1])}; larger dots: modes of the list; crosses: critical values.` : "Modes with a positive real part grow. The larger dot is the chosen mode.");
@@ -170,10 +170,10 @@ function tellPlots() {
 /* -- the whole page ----------------------------------------------------------------------------------------- */
 
 function begin() {
-    tellVerdict();
-    tellModes();
-    tellPlots();
-    tellChosen();
+    writeVerdict();
+    writeModes();
+    writePlots();
+    writeChosen();
     byId("view").setAttribute("aria-label", "Animation of a mode");
     byId("time").setAttribute("aria-label", "Phase of the period");
     drawPage(drawPlots, chosen < 0 || !data.picture ? null : { ...data.picture, pathless: true }, {

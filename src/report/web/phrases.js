@@ -169,7 +169,7 @@ function ink(canvas) {
     return different;
 }
 
-/* A mark for each end of a result, to be told apart without its colour. */
+/* A mark for each end of a result, that is clear without its colour. */
 const MARKS = { complete: "\u2713", "complete, not checked": "\u25cb", "not trustworthy": "\u26a0\ufe0e", stopped: "\u25a0", failed: "\u2715" };
 
 /* Without the zeros of an exponent. */
@@ -182,7 +182,7 @@ function factOf({ name, value, limit, beyond }) {
 }
 
 /* The top of the page: elements of the answer, facts { name, value, limit, beyond }, and sentences. */
-function tellHead(answer, facts, sentences) {
+function writeHead(answer, facts, sentences) {
     const mark = element("span.mark", MARKS[data.status]);
     mark.setAttribute("aria-hidden", "true");
     byId("verdict").dataset.status = data.status;

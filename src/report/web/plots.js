@@ -77,7 +77,7 @@ function logAxis(low, high, title) {
     return axisOf("logarithmic", title, { callback: words }, { min: low, max: high, afterBuildTicks: ticks });
 }
 
-/* A number of an axis, with as many digits as tell it from the next one. */
+/* A number of an axis, with as many digits as distinguish it from the next one. */
 function tickWords(x, ticks) {
     const apart = ticks.length > 1 ? Math.abs(ticks[1].value - ticks[0].value) : 0;
     const digits = apart > 0 && x !== 0 ? Math.ceil(Math.log10(Math.abs(x) / apart) - 1e-6) + 1 : 3;

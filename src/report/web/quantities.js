@@ -67,7 +67,7 @@ function wordsOfQuantity(quantity, tornado) {
     return parts.join("; ") + ".";
 }
 
-function tellQuantities() {
+function writeQuantities() {
     const given = data.statistics;
     byId("quantities").hidden = !given;
     if (!given) return;

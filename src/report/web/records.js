@@ -68,7 +68,7 @@ function drawSteps(span) {
 }
 
 /* `nameOf`: the elements that name the run of an entry. */
-function tellLog(nameOf) {
+function writeLog(nameOf) {
     const symbols = { triangle: "\u25b3", star: "\u2217", crossRot: "\u00d7", rectRot: "\u25c7", rect: "\u25a1" };
     const log = data.shown.flatMap((shown) => shown.log.map((entry) => ({ shown, ...entry })));
     const all = data.shown.reduce((sum, shown) => sum + shown.log_count, 0), table = byId("log").querySelector("table");
@@ -85,7 +85,7 @@ function beginRecords(title, note, nameOf) {
     for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
     byId("history").querySelector("h2").append(title);
     byId("history").querySelector(".note").append(note);
-    tellLog(nameOf);
+    writeLog(nameOf);
 }
 
 /* All plots of the runs over a span of time. */

@@ -44,16 +44,16 @@ function valueAt(column, x) {
 
 /* -- words -------------------------------------------------------------------------------------------------- */
 
-function tellResult() {
+function writeResult() {
     const marked = data.stopped_at.length > 0 ? `Marked in the picture: ${data.stopped_at.join(", ")}` : "";
-    tellHead([data.answer], data.facts, [marked, ...data.warnings.split("\n")]);
+    writeHead([data.answer], data.facts, [marked, ...data.warnings.split("\n")]);
     byId("text").textContent = data.text;
     byId("printed").hidden = !data.text;
     byId("printed").open = !series;
-    document.querySelector(".first").classList.toggle("told", !series);
+    document.querySelector(".first").classList.toggle("alone", !series);
 }
 
-function tellModel() {
+function writeModel() {
     const table = byId("parameters");
     byId("given").hidden = data.parameters.length + data.inputs.length === 0;
     table.append(headRow(["parameter", "value, SI", "given as"]));
@@ -156,7 +156,7 @@ function ownerOf({ name }) {
     return places.map((place) => (ofPoint ? bodyNumbers.get(place) : data.owners[place])).find((b) => b > 0);
 }
 
-/* Curves have the colours of their bodies, other curves of a figure colours that it does not have; dashes tell curves of one
+/* Curves have the colours of their bodies, other curves of a figure colours that it does not have; dashes distinguish curves of one
  * colour apart. Points look as their curve where it is drawn. */
 function chooseLooks(figures) {
     looks = new Map();
@@ -296,7 +296,7 @@ function drawCurves() {
     makeFigures(figures.length);
     figures.forEach(drawFigure);
     drawStrip();
-    tellExtremes(all);
+    writeExtremes(all);
 }
 
 /* -- values ------------------------------------------------------------------------------------------------- */
@@ -308,7 +308,7 @@ function moreNote(place, count) {
 }
 
 /* The extreme values of the outputs that are drawn at first. */
-function tellPeaks() {
+function writePeaks() {
     const list = series ? figuresOf(drawn()).flatMap(({ members }) => members.map((column) => [column, constantOf(column, members), noiseOf(members)])) : [], place = byId("peaks"), table = place.querySelector("table");
     place.hidden = list.length === 0;
     if (list.length === 0) return;
@@ -326,7 +326,7 @@ function tellPeaks() {
 /* Parts of a name, between which a line may end. */
 const breakable = (name) => name.split(/(?<=[._/(])/).flatMap((part) => [part, element("wbr")]);
 
-function tellExtremes(figures) {
+function writeExtremes(figures) {
     const x = withUnit(abscissa), table = byId("extremes");
     table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
     for (const { members } of figures)
@@ -338,7 +338,7 @@ function tellExtremes(figures) {
     table.parentElement.hidden = figures.length === 0;
 }
 
-function tellValues(x) {
+function writeValues(x) {
     for (const cell of document.querySelectorAll("#extremes [data-column]"))
         cell.textContent = digits(clean(valueAt(columns.find((column) => column.name === cell.dataset.column), x), Number(cell.dataset.noise)));
 }
@@ -346,7 +346,7 @@ function tellValues(x) {
 function showPlace(x) {
     if (!tied) return;
     if (over === abscissa) showCursor(x);
-    tellValues(x);
+    writeValues(x);
 }
 
 /* -- time --------------------------------------------------------------------------------------------------- */
@@ -383,7 +383,7 @@ function drawAll() {
     drawVehicle();
 }
 
-function tellCurves() {
+function writeCurves() {
     const notes = [];
     byId("curves").hidden = !series;
     if (!series) return;
@@ -398,15 +398,15 @@ function tellCurves() {
 }
 
 function begin() {
-    tellResult();
-    tellPeaks();
-    tellModel();
-    tellContacts();
-    tellQuantities();
-    tellReactions();
-    tellVehicle();
+    writeResult();
+    writePeaks();
+    writeModel();
+    writeContacts();
+    writeQuantities();
+    writeReactions();
+    writeVehicle();
     beginSpeeds();
-    tellCurves();
+    writeCurves();
     beginRecords("Accuracy over time", "The run, repeated with monitoring.", () => [""]);
     for (const id of ["over-h", "over-hdot", "over-energy", "over-step"]) listenToRange(byId(id), () => plots[id], (low, high) => zoom([low, high]), (x) => stage && stage.seek(x));
     drawPage(drawAll, data.picture, {

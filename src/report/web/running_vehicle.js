@@ -100,7 +100,7 @@ function trackFigures(vehicle, place) {
     }
 }
 
-function tellVehicle() {
+function writeVehicle() {
     const { vehicle, running_safety: safety } = data, place = byId("vehicle-figures");
     byId("vehicle").hidden = !vehicle;
     if (!vehicle) return;

@@ -168,13 +168,13 @@ function deformationNote({ flexible }) {
 /* A slider for the factor, from 1 on, evenly in its logarithm. Paths of points follow when it is released. */
 function beginDeformation(m, rebuild, draw) {
     const slider = element("input"), words = element("output"), { flexible } = m.picture, most = Math.log(Math.max(10, 5 * flexible.factor));
-    const tell = () => (words.textContent = deformationWords(m.picture));
+    const writeWords = () => (words.textContent = deformationWords(m.picture));
     Object.assign(slider, { id: "deformation", type: "range", min: 0, max: 1000, step: 1 });
     slider.value = String(Math.round((1000 * Math.log(flexible.factor)) / most));
     slider.setAttribute("aria-label", "Factor of the deformation");
     slider.addEventListener("input", () => {
         flexible.factor = Number(Math.exp((most * Number(slider.value)) / 1000).toPrecision(2));
-        tell();
+        writeWords();
         draw();
     });
     slider.addEventListener("change", () => {
@@ -182,6 +182,6 @@ function beginDeformation(m, rebuild, draw) {
         rebuild();
         draw();
     });
-    tell();
+    writeWords();
     byId("names").before(element("p.switch", element("label", words, slider), ...stressSwitch(m, draw)));
 }

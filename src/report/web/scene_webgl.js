@@ -17,7 +17,7 @@ function alongAxis(axis, direction) {
     return new THREE.Quaternion().setFromUnitVectors(vector(axis), vector(unit(direction)));
 }
 
-/* Light lines across the picture, for bodies beyond the number of colours. three.js tells shaders apart by the texts of these
+/* Light lines across the picture, for bodies beyond the number of colours. three.js distinguishes shaders by the texts of these
  * functions. */
 function lighten(shader, where) {
     shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", `#include <color_fragment>\nif (${where}) diffuseColor.rgb = mix(diffuseColor.rgb, vec3(1.0), 0.75);`);

@@ -11,14 +11,20 @@
 #include "model/data/start.h"
 #include "model/write/model_print.h"
 #include "output/print.h"
+#include "output/start_balance.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>
 #include <string.h>
 
+static bool lacks_equilibrium(const kempe_assembly *a)
+{
+    return a->closed && a->system->model->start.at && !a->balance;
+}
+
 static bool is_done(const kempe_assembly *a)
 {
-    return a->closed && a->goals.end != KMP_GOALS_SINGULAR;
+    return a->closed && a->goals.end != KMP_GOALS_SINGULAR && !lacks_equilibrium(a);
 }
 
 static kempe_outcome outcome_of(const kempe_assembly *a)
@@ -34,6 +40,8 @@ static void put_reason(kmp_text *text, const kempe_assembly *a)
         kmp_text_put(text, k ? ", " : "loops remain open: ");
         kmp_assembly_put_open(text, a, a->culprits[k]);
     }
+    if (lacks_equilibrium(a))
+        kmp_text_put(text, "the loops are closed, but no equilibrium is found that the start leads to");
     if (!a->closed && a->culprit_count == 0)
         kmp_text_printf(text, "the loops do not close to the required precision: |h| = %.3g", a->residual);
     if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
@@ -125,6 +133,7 @@ static void show_assembly(kmp_text *text, const void *result)
     else
         put_reason(&title, a);
     kmp_print_answer(text, &title, outcome_of(a), a->ended ? a->ended : "", "", NULL);
+    kmp_start_balance_show(text, a->balance);
     kmp_text_put(text, "\n");
     show_values(text, a);
     show_goals(text, a);
@@ -214,6 +223,7 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
+    kmp_start_balance_json(&j, a->balance);
     /* Rates that were given and could not be kept. */
     kmp_json_object(&j, "rates_changed");
     for (int k = 0; k < a->system->n; k++)

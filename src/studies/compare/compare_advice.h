@@ -3,7 +3,7 @@
 
 #include "studies/compare/compare_study.h"
 
-/** Fill `levels` and `tables` from the runs. The arena tells of missing memory. */
+/** Fill `levels` and `tables` from the runs. Missing memory is recorded in the arena. */
 void kmp_compare_levels(kempe_comparison *comparison);
 void kmp_compare_tables(kempe_comparison *comparison);
 
@@ -27,7 +27,7 @@ double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compare
 /** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
 
-/** Fill `failures` and `warnings`, and `advice`, from the runs. The arena tells of missing memory. */
+/** Fill `failures` and `warnings`, and `advice`, from the runs. Missing memory is recorded in the arena. */
 void kmp_compare_remark(kempe_comparison *comparison);
 void kmp_compare_advise(kempe_comparison *comparison);
 

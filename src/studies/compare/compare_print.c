@@ -4,6 +4,7 @@
 #include "studies/compare/compare_print.h"
 #include "integrators/run/methods.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
@@ -312,6 +313,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
     kmp_json json = kmp_print_head(text, c->system, kmp_outcome_of(c->status), c->reason, c->system->build_s, NULL);
+    kmp_start_balance_json(&json, c->balance);
     kmp_compare_json(&json, c);
     kmp_json_end(&json);
 }
@@ -453,6 +455,7 @@ static void show_title(kmp_text *text, const kempe_comparison *c)
         kmp_text_put(&title, c->reason);
     kmp_print_wrapped(text, "", INDENT, title.s ? title.s : "");
     kmp_text_free_part(text, &title);
+    kmp_start_balance_show(text, c->balance);
     kmp_text doubt = {0};
     kmp_compare_bodies_put_doubt(&doubt, &c->bodies);
     if (c->status == KEMPE_UNTRUSTED && doubt.s)

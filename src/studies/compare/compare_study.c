@@ -8,6 +8,7 @@
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
 #include "model/data/closure_table.h"
+#include "output/start_balance.h"
 #include "platform/platform.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_runs.h"
@@ -744,6 +745,7 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     j->eval = kmp_eval_new(j->comparison->system, spec.backend);
     KMP_TRY(j->eval ? KEMPE_OK : KEMPE_E_MEMORY);
     KMP_TRY(kmp_assembly_at_start(c->system, &j->start));
+    KMP_TRY(kmp_made(j->context, kmp_start_balance_copy(&c->arena, j->start->balance, &c->balance)));
     /* A stiff model is also run with implicit integrators, unless the user chose others. */
     bool stiff = false;
     if (!options->integrators) {

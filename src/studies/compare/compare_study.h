@@ -55,7 +55,7 @@ typedef struct kmp_tables {
     int best_count, *best;
 } kmp_tables;
 
-/** In an arena, whose failure tells of missing memory. */
+/** In an arena, which records missing memory. */
 typedef struct kmp_sentences {
     int count;
     const char **s;
@@ -83,8 +83,9 @@ struct kempe_comparison {
     const kempe_system *system;
     kmp_arena arena; /* of all below */
     kempe_status status;
-    const char *reason; /* "" when ok */
-    const char *source; /* description of the reference */
+    const char *reason;                      /* "" when ok */
+    const struct kmp_start_balance *balance; /* at which all runs begin; NULL: at none */
+    const char *source;                      /* description of the reference */
     bool has_reference;
     double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when unknown */
     int source_count;                   /* of an own reference */

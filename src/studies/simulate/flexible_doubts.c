@@ -144,8 +144,8 @@ static void warn_of_section(const kmp_samples *table, kmp_evaluator *eval, const
 /* A straight beam stays so in the computation under loads at which it buckles: such a motion is not the motion of the
  * beam.
  */
-static void tell_buckling(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double t,
-                          double taken)
+static void report_buckling(const kempe_system *system, const kmp_samples *table, const kmp_flexible *f, double t,
+                            double taken)
 {
     const char *name = system->model->bodies[f->body].name;
     if (largest_deflection(system, table, f) <= KMP_DEFLECTION_NONE * f->length->value)
@@ -184,7 +184,7 @@ static kempe_status warn_of_buckling(const kempe_system *system, const kmp_sampl
     }
     for (int k = 0; margin && k < n; k++)
         if (taken[n + k] >= 1)
-            tell_buckling(system, table, &model->flexibles[k], taken[2 * n + k], taken[n + k]);
+            report_buckling(system, table, &model->flexibles[k], taken[2 * n + k], taken[n + k]);
     kmp_load_margin_free(margin);
     kmp_free(taken);
     return status;

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Conditions of forces change at the ends of steps, where a state does not tell which side it is on: loads are taken
+/* Conditions of forces change at the ends of steps, where a state does not decide which side it is on: loads are taken
  * this part of the step, or of the time, within. */
 #define WITHIN    1e-11
 #define WITHIN_OF 2e-15

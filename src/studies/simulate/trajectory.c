@@ -4,11 +4,12 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/present_inputs.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
@@ -17,6 +18,7 @@
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/start_balance.h"
 #include "studies/simulate/flexible_doubts.h"
 #include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
@@ -509,7 +511,8 @@ static kempe_status read_options(kmp_simulation *j)
     KMP_TRY(kmp_made(j->context, state));
     memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
     memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
-    j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->resumed = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
+    j->start = &j->resumed;
     j->spec.t_start = kmp_samples_time(&j->before, last);
     j->spec.work_start = kmp_samples_work(&j->before, last);
     if (!(j->spec.t_start < j->spec.t_end))
@@ -597,9 +600,8 @@ bool kmp_trajectory_loses_energy(const kempe_trajectory *t)
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > kmp_trajectory_trusted_gap(t))
-        kmp_doubt(t->system->context,
-                  "the loops open by %.2g of the characteristic length: use a smaller rtol, or compare formulations",
-                  t->verdict.h_max);
+        kmp_doubt(t->system->context, "the loops open by %.2g of the characteristic length: %s", t->verdict.h_max,
+                  kmp_accuracy_remedy(t->spec.rtol));
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
         kmp_doubt(t->system->context,
                   "constraint equation '%s', omitted as redundant, is open by %.2g m at t = %.9g s (closure_tolerance "
@@ -614,9 +616,8 @@ static void warn_of_verdict(const kempe_trajectory *t)
                 "prescribe, does not depend on it",
                 t->verdict.drift_rel);
     else
-        kmp_doubt(t->system->context,
-                  "the energy error is %.2g of the energy exchanged: use a smaller rtol, or compare formulations",
-                  t->verdict.drift_rel);
+        kmp_doubt(t->system->context, "the energy error is %.2g of the energy exchanged: %s", t->verdict.drift_rel,
+                  kmp_accuracy_remedy(t->spec.rtol));
 }
 
 /* Multipliers that redundant rows leave open have no error. */
@@ -762,7 +763,7 @@ static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
     if (status == KEMPE_OK && j->least_norm && shows_loads(model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
-        kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
+        kmp_eval_report_tables(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     kmp_remark_conditions(t->system, &t->log, &t->remarks);
     kmp_warn_of_lift_off(t->system, &t->table);
     const kempe_status doubted = kmp_doubt_flexible(&t->table, eval);
@@ -840,7 +841,7 @@ static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
         return kmp_fail_memory(j->context);
     j->kept.since = j->spec.t_start;
     j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
-    kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    kempe_status status = kmp_run(j->system, &j->spec, j->start, take_row, &s, &t->report);
     j->spec.recording = NULL;
     j->spec.kept_past = NULL;
     j->spec.step = NULL;
@@ -894,17 +895,17 @@ static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
     if (j->counts.steps && !j->counts.changes && kmp_run_judge_find())
         KMP_TRY(kmp_run_judge_find()->loses_contact(j->system, &t->table, &j->counts.changes));
-    kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
-                                                 t->report.requested, j->counts.steps ? &j->counts : NULL, &t->again);
+    kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start, &t->table, t->report.requested,
+                                                 j->counts.steps ? &j->counts : NULL, &t->again);
     const bool bounded = !isnan(t->again.stopped) && j->spec.max_steps > 0;
     const bool advised =
         t->verdict.h_max > kmp_trajectory_trusted_gap(t) || (!t->report.prescribed && kmp_trajectory_loses_energy(t));
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
                              kmp_trajectory_unit(t),
-                             bounded   ? "; allow more steps (max_steps)"
+                             bounded   ? "allow more steps (max_steps)"
                              : advised ? ""
-                                       : "; use a smaller rtol, or compare formulations");
+                                       : kmp_accuracy_remedy(t->spec.rtol));
     if (status == KEMPE_OK && t->again.form > 0)
         kmp_log(j->context, KEMPE_LOG_WARNING,
                 "the angles from '%s' on pass their singular position: at rtol %.3g they differ from t = %.6g s on; "
@@ -946,12 +947,23 @@ kempe_status kmp_simulation_begin(kmp_simulation *j, const kempe_system *system,
     return read_options(j);
 }
 
+/* Finds an equilibrium at which the run begins; a run that continues began there, too. */
+static kempe_status begin(kmp_simulation *j, kempe_trajectory *t)
+{
+    if (!j->system->model->start.at)
+        return KEMPE_OK;
+    KMP_TRY(kmp_assembly_at_start(j->system, &j->assembled));
+    j->start = j->start ? j->start : j->assembled;
+    return kmp_made(j->context, kmp_start_balance_copy(&t->arena, j->assembled->balance, &t->balance));
+}
+
 kempe_status kmp_simulation_run(kmp_simulation *j)
 {
     kempe_trajectory *t = trajectory_new(j);
     KMP_TRY(kmp_made(j->context, t));
     j->trajectory = t;
-    kempe_status status = integrate(j, t);
+    kempe_status status = begin(j, t);
+    status = status == KEMPE_OK ? integrate(j, t) : status;
     if (status == KEMPE_STOPPED && t->report.requested)
         status = KEMPE_OK;
     if (!kmp_has_result(status))
@@ -1003,6 +1015,7 @@ kempe_status kmp_simulation_end(kmp_simulation *j, kempe_status status, kempe_tr
     kmp_samples_free(&j->before);
     kmp_past_free(j->past);
     kmp_past_free(j->kept.past);
+    kempe_assembly_free(j->assembled);
     return status;
 }
 

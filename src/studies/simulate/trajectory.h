@@ -55,8 +55,10 @@ typedef struct kmp_simulation {
     kmp_past *past;              /* of delayed signals in it; NULL: none */
     kmp_program_cache_past kept; /* for the checkpoint of this run */
     size_t doubts;               /* length of the doubts of the context before the run */
-    kempe_assembly start;
-    void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
+    kempe_assembly resumed;      /* the last row of that checkpoint */
+    kempe_assembly *assembled;   /* a start at an equilibrium, which is searched once; NULL: none */
+    const kempe_assembly *start; /* one of both; NULL: the run assembles its start */
+    void *judge_needs;           /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
     bool least_norm;              /* loads that redundant constraints share */
     bool watches;                 /* the largest reactions are of the motion */
@@ -75,21 +77,22 @@ struct kempe_trajectory {
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;
-    kmp_run_report report;            /* its reason has moved to `reason` */
-    kmp_run_log log;                  /* of events */
-    bool watches_modes;               /* the held coordinates of the start determine all others */
-    int mode_changes;                 /* of the assembly mode for these; the first one: */
-    double mode_t[2];                 /* between these rows */
-    int mode_coordinate;              /* a coordinate of the loops that pass to it */
-    double *reaction;                 /* 3 a closure, at the last row; NaN when there is none */
-    double *shown;                    /* values of outputs in addition to the table, per row */
-    bool least_norm;                  /* loads that redundant constraints share */
-    kmp_run_spec spec;                /* as it was run, without its times and log; it points into the arena */
-    bool interrupted;                 /* by the user */
-    kmp_recording *recording;         /* NULL: none is kept */
-    void *judged;                     /* by kmp_run_judge_find(); NULL: not */
-    struct kmp_reaction_watch *watch; /* of the largest reactions of the motion; NULL: they are of the rows */
-    double *at;                       /* 3 n + m: a row between the rows of the table */
+    kmp_run_report report;                   /* its reason has moved to `reason` */
+    kmp_run_log log;                         /* of events */
+    bool watches_modes;                      /* the held coordinates of the start determine all others */
+    int mode_changes;                        /* of the assembly mode for these; the first one: */
+    double mode_t[2];                        /* between these rows */
+    int mode_coordinate;                     /* a coordinate of the loops that pass to it */
+    double *reaction;                        /* 3 a closure, at the last row; NaN when there is none */
+    double *shown;                           /* values of outputs in addition to the table, per row */
+    bool least_norm;                         /* loads that redundant constraints share */
+    kmp_run_spec spec;                       /* as it was run, without its times and log; it points into the arena */
+    bool interrupted;                        /* by the user */
+    kmp_recording *recording;                /* NULL: none is kept */
+    void *judged;                            /* by kmp_run_judge_find(); NULL: not */
+    struct kmp_reaction_watch *watch;        /* of the largest reactions of the motion; NULL: they are of the rows */
+    const struct kmp_start_balance *balance; /* at which it began; NULL: at none */
+    double *at;                              /* 3 n + m: a row between the rows of the table */
 };
 
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */

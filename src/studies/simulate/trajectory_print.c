@@ -12,6 +12,7 @@
 #include "output/print.h"
 #include "output/reactions.h"
 #include "output/result_table.h"
+#include "output/start_balance.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/trajectory.h"
@@ -400,6 +401,7 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
     kmp_print_answer(text, &title, kempe_trajectory_outcome(t), t->warnings, "", NULL);
     if (kempe_trajectory_outcome(t) != KEMPE_OUTCOME_NOT_TRUSTWORTHY && t->remarks.s)
         kmp_print_below(text, t->remarks.s);
+    kmp_start_balance_show(text, t->balance);
     show_tyres(text, t->system->model);
     if (t->table.rows > 0) {
         show_state(text, t);
@@ -545,6 +547,7 @@ static void json(kmp_text *text, const void *result)
                  t->report.rate_scale,
                  "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
                  "rate_scale");
+    kmp_start_balance_json(&j, t->balance);
     json_state(&j, t);
     kmp_print_verdict(&j, &t->verdict);
     kmp_json_string(&j, "reference", t->source);

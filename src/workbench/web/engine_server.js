@@ -18,40 +18,40 @@ const pageEngine = {
 
     async ask(address, method = "GET", body = undefined) {
         const answer = await fetch(address, { method, cache: "no-store", ...(body ? { body: JSON.stringify(body), headers: { "Content-Type": "application/json" } } : {}) });
-        const told = answer.status === 204 ? null : await answer.json();
-        if (!answer.ok && answer.status !== 409) throw new ServerError(answer.status, told || {});
-        return { status: answer.status, told };
+        const reply = answer.status === 204 ? null : await answer.json();
+        if (!answer.ok && answer.status !== 409) throw new ServerError(answer.status, reply || {});
+        return { status: answer.status, reply };
     },
 
     /* { name, path, text, version } of the file. */
     async read() {
-        return (await this.ask("file")).told;
+        return (await this.ask("file")).reply;
     },
 
     /* The file once it differs from a version; null: not yet, ask again. */
     async changed(version) {
-        return (await this.ask(`file?after=${version}`)).told;
+        return (await this.ask(`file?after=${version}`)).reply;
     },
 
     /* { version }, or { conflict: the file as it is now }. */
     async save(text, version) {
-        const { status, told } = await this.ask("file", "PUT", { text, version });
-        return status === 409 ? { conflict: told } : told;
+        const { status, reply } = await this.ask("file", "PUT", { text, version });
+        return status === 409 ? { conflict: reply } : reply;
     },
 
     /* { code, text, messages, files } of the words of a command; files as bytes. `run`: a name for stop and progress. */
     async command(words, { files = {}, run } = {}) {
-        const { told } = await this.ask("command", "POST", { words, files, ...(run ? { run } : {}) });
-        const written = Object.entries(told.files).map(([name, text]) => [name, new Uint8Array(bytesOf(text))]);
-        return { ...told, files: Object.fromEntries(written) };
+        const { reply } = await this.ask("command", "POST", { words, files, ...(run ? { run } : {}) });
+        const written = Object.entries(reply.files).map(([name, text]) => [name, new Uint8Array(bytesOf(text))]);
+        return { ...reply, files: Object.fromEntries(written) };
     },
 
     async progress(run) {
-        return (await this.ask(`progress?run=${run}`)).told.progress;
+        return (await this.ask(`progress?run=${run}`)).reply.progress;
     },
 
     async stop(run) {
-        return (await this.ask("stop", "POST", { run })).told.stopped;
+        return (await this.ask("stop", "POST", { run })).reply.stopped;
     },
 
     /* Messages of the Language Server Protocol, headers included, of a whole conversation, and those of the answer. */
@@ -63,6 +63,6 @@ const pageEngine = {
 
     /* { session, q, closure, distance, branch_changed, poses } of a point that is pulled to a target. */
     async drag(request) {
-        return (await this.ask("drag", "POST", request)).told;
+        return (await this.ask("drag", "POST", request)).reply;
     },
 };

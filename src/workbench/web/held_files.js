@@ -32,9 +32,9 @@ function showFile(name) {
     if (file) file.doc ||= CodeMirror.Doc(file.text, isModelName(key) ? "yaml" : null);
     bench.shown = name;
     modelEditor.swapDoc(file ? file.doc : bench.modelDoc);
-    tellErrors(bench.messages || []);
+    writeErrors(bench.messages || []);
     showFiles();
-    tellUndo();
+    writeUndo();
 }
 
 /* A button for each file, with one that takes it away. */
@@ -85,7 +85,7 @@ function takeAwayFile(name) {
     bench.othersChanged++;
     showFiles();
     textChanged();
-    tellNotice(`${name} is taken away.`, [{ words: "Undo", press: () => addFile(name, file) }]);
+    writeNotice(`${name} is taken away.`, [{ words: "Undo", press: () => addFile(name, file) }]);
 }
 
 /* A text, or bytes. */
@@ -109,7 +109,7 @@ function nameInTexts(name, texts) {
 async function takeFiles(files) {
     if (files.length === 0) return;
     if (!bench.engine.holdsFiles) {
-        if (files.length > 1) tellNotice("Open one model: further files are taken from the folder of the model.");
+        if (files.length > 1) writeNotice("Open one model: further files are taken from the folder of the model.");
         else openText(await files[0].text(), files[0].name);
         return;
     }
@@ -123,5 +123,5 @@ async function takeFiles(files) {
         openText(first.text, first.name);
         showFiles();
     }
-    if (!first) tellNotice(`The model has ${opened.map(({ name }) => name).join(", ")} now.`);
+    if (!first) writeNotice(`The model has ${opened.map(({ name }) => name).join(", ")} now.`);
 }

@@ -37,7 +37,7 @@ const withoutMarks = (words) => words.replace(/\[([^\]]+)\]\([^)]*\)/g, "$1").re
 
 /* { from, list: [{ text, about }] } of what may be typed at a place; null: nothing. */
 async function completionsAt(text, place) {
-    const told = await askLanguage("textDocument/completion", text, place), items = Array.isArray(told) ? told : told?.items || [];
+    const reply = await askLanguage("textDocument/completion", text, place), items = Array.isArray(reply) ? reply : reply?.items || [];
     if (items.length === 0) return null;
     const from = placeOfText(items[0].textEdit.range.start), typed = text.split("\n")[place.line].slice(from.ch, place.ch).toLowerCase();
     const list = items.filter(({ label }) => label.toLowerCase().startsWith(typed)).map(({ textEdit, detail, documentation }) => ({ text: textEdit.newText, about: withoutMarks(documentation || detail || "") }));
@@ -46,8 +46,8 @@ async function completionsAt(text, place) {
 
 /* The words of the language server about a place; "": it has none. */
 async function explanationAt(text, place) {
-    const told = await askLanguage("textDocument/hover", text, place);
-    return told ? withoutMarks(told.contents.value) : "";
+    const reply = await askLanguage("textDocument/hover", text, place);
+    return reply ? withoutMarks(reply.contents.value) : "";
 }
 
 /* The text with another name for what is at a place. */

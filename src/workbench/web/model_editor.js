@@ -49,26 +49,26 @@ function listenToHover(editor) {
 /* The explanation at the cursor, for the keyboard. */
 async function explainAtCursor(editor) {
     const words = await explanationAt(editor.getValue(), editor.getCursor()).catch((error) => sentence(error.message));
-    tellMessages(words ? [{ level: "remark", text: words }] : []);
+    writeMessages(words ? [{ level: "remark", text: words }] : []);
 }
 
 /* Asks for another name of what is at the cursor, and writes it wherever the name is. */
 async function renameAtCursor(editor) {
     const text = editor.getValue(), place = editor.getCursor();
     try {
-        const told = await askLanguage("textDocument/prepareRename", text, place);
-        if (!told) throw new Error("There is no name at the cursor that the model declares.");
-        const range = told.range ?? told, own = editor.getRange(placeOfText(range.start), placeOfText(range.end)), box = element("label", "New name: ", element("input"));
+        const reply = await askLanguage("textDocument/prepareRename", text, place);
+        if (!reply) throw new Error("There is no name at the cursor that the model declares.");
+        const range = reply.range ?? reply, own = editor.getRange(placeOfText(range.start), placeOfText(range.end)), box = element("label", "New name: ", element("input"));
         box.querySelector("input").setAttribute("aria-label", `New name of ${own}`);
         editor.openDialog(box, async (name) => {
             try {
                 if (editor.getValue() === text) changeText(await renamedText(text, place, name));
             } catch (error) {
-                tellMessages([{ level: "error", text: sentence(error.message) }]);
+                writeMessages([{ level: "error", text: sentence(error.message) }]);
             }
         }, { value: own, selectValueOnOpen: true });
     } catch (error) {
-        tellMessages([{ level: "remark", text: sentence(error.message) }]);
+        writeMessages([{ level: "remark", text: sentence(error.message) }]);
     }
 }
 
@@ -82,17 +82,17 @@ function markOf(editor, { level, text, line, column = 1 }) {
 }
 
 /* Marks at their lines, and a list below the text; a press goes there. */
-function tellErrors(messages) {
+function writeErrors(messages) {
     const shown = bench.shown ?? bench.name, own = messages.filter(({ line, file = bench.name }) => line && file === shown);
     bench.messages = messages;
     modelEditor.operation(() => {
         modelEditor.state.kempeMarks = own.map((message) => markOf(modelEditor, message));
         modelEditor.performLint();
     });
-    tellMessages(messages);
+    writeMessages(messages);
 }
 
-function tellMessages(messages) {
+function writeMessages(messages) {
     byId("messages").replaceChildren(...messages.slice(0, 30).map((message) => {
         const { file = bench.name } = message, elsewhere = file === bench.name ? "" : `${file}, `, held = !elsewhere || bench.others.has(file);
         const place = message.line ? `${elsewhere}line ${message.line}${message.column ? `:${message.column}` : ""}: ` : "", press = element(`button.${message.level}`, place + message.text + withoutFile(message));
@@ -126,7 +126,7 @@ function changeText(after) {
     });
 }
 
-function tellUndo() {
+function writeUndo() {
     const { undo, redo } = modelEditor.historySize();
     byId("undo").disabled = undo === 0;
     byId("redo").disabled = redo === 0;

@@ -61,7 +61,7 @@ function addSection(text, section, inner) {
 
 /* Sets an entry below a section. A new mapping in a section is on one line. */
 function setEntry(text, path, words) {
-    const inner = (keys) => keys.reduceRight((told, key) => (told === null ? `${key}: ${words}` : `${key}: {${told}}`), null);
+    const inner = (keys) => keys.reduceRight((inside, key) => (inside === null ? `${key}: ${words}` : `${key}: {${inside}}`), null);
     const section = nodeAt(readYaml(text), path.slice(0, 1));
     if (!section) return addSection(text, path[0], inner(path.slice(1)));
     if (section.kind !== "map" || section.entries.length === 0) {

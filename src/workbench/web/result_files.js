@@ -14,9 +14,9 @@ const stemOf = () => bench.name.replace(/\.[^.]*$/, "");
 /* A file that the command of the result writes in addition: curves as SVG, the motion as glTF. */
 async function fromCommand(options, file) {
     const { answer, files } = resultNow(), keep = answer.asked.filter((word, k, all) => !["--report", "--output", "--json"].includes(word) && !["--report", "--output", "--json"].includes(all[k - 1]));
-    const told = await bench.engine.command([...keep, ...options], { files, run: "file" });
-    if (!told.files[file]) throw new Error(failed(told));
-    return told.files[file];
+    const reply = await bench.engine.command([...keep, ...options], { files, run: "file" });
+    if (!reply.files[file]) throw new Error(failed(reply));
+    return reply.files[file];
 }
 
 /* The picture with what is drawn over it. */
@@ -33,10 +33,10 @@ const pngOf = (canvas) => new Promise((done) => canvas.toBlob(done, "image/png")
 async function recordVideo() {
     const [from, to] = timeSpan(), type = videoType(), seconds = Math.min(Math.max(to - from, 1), VIDEO_SECONDS);
     if (!type) throw new Error("this browser cannot record a canvas");
-    tellHint(`Recording ${three(seconds)} s of video.`);
+    writeHint(`Recording ${three(seconds)} s of video.`);
     play(false);
     const video = await recordPass(byId("view"), byId("gauge"), { seconds: () => seconds, length: () => to - from, show: (t) => showTime(from + t), stopped: () => false }, type);
-    tellHint();
+    writeHint();
     return [video, type.startsWith("video/mp4") ? "mp4" : "webm"];
 }
 
@@ -104,9 +104,9 @@ async function modelOfLink(link) {
     const bytes = new Uint8Array(bytesOf(link.slice(begin.length).replaceAll("-", "+").replaceAll("_", "/")));
     const text = new TextDecoder().decode(await throughStream(bytes, new DecompressionStream("deflate-raw")));
     if (begin === LINK) return { text };
-    const told = JSON.parse(text), fileOf = ({ text: own, base64 }) => (typeof own === "string" ? { text: own } : { bytes: new Uint8Array(bytesOf(base64)) });
-    if (typeof told.text !== "string") throw new Error("no model");
-    return { text: told.text, name: String(told.name), others: Object.fromEntries(Object.entries(told.others).map(([name, file]) => [name, fileOf(file)])) };
+    const reply = JSON.parse(text), fileOf = ({ text: own, base64 }) => (typeof own === "string" ? { text: own } : { bytes: new Uint8Array(bytesOf(base64)) });
+    if (typeof reply.text !== "string") throw new Error("no model");
+    return { text: reply.text, name: String(reply.name), others: Object.fromEntries(Object.entries(reply.others).map(([name, file]) => [name, fileOf(file)])) };
 }
 
 /* The address of a page that others can open, with the model; of a server for one user only the part with the model, since the address
@@ -116,9 +116,9 @@ async function shareModel() {
     document.documentElement.dataset.shared = address;
     try {
         await navigator.clipboard.writeText(address);
-        tellHint(bench.engine.isPrivate ? "Copied. At the end of the address of any workbench it opens this model." : "The link is copied: it opens this model.");
+        writeHint(bench.engine.isPrivate ? "Copied. At the end of the address of any workbench it opens this model." : "The link is copied: it opens this model.");
     } catch {
-        tellNotice("The browser does not let this page copy. The link: ", []);
+        writeNotice("The browser does not let this page copy. The link: ", []);
         byId("notice").append(element("code", address));
     }
 }
@@ -130,7 +130,7 @@ async function takeAway(key) {
     try {
         await DOWNLOADS[key].make();
     } catch (error) {
-        tellHint(sentence(error.message));
+        writeHint(sentence(error.message));
     }
 }
 

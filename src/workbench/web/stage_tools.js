@@ -34,10 +34,10 @@ function chooseTool(tool) {
         play(false);
         showTime(timeSpan()[0]);
     }
-    tellHint();
+    writeHint();
 }
 
-function tellHint(words = "") {
+function writeHint(words = "") {
     const empty = !bench.text.trim() && drawing.tool === "select" ? "An empty page: choose Bar and draw the first one, or write a model in the text." : "";
     const usual = drawing.tool === "select" ? empty || (shownScene.m ? HINTS_MORE[bench.engine.drag ? "drag" : "view"] : "") : HINTS[drawing.tool];
     byId("hint").textContent = words || usual;
@@ -47,7 +47,7 @@ function tellHint(words = "") {
 function drawn(text, words) {
     shownScene.fitted = true;
     changeText(text);
-    tellHint(words);
+    writeHint(words);
 }
 
 const sizeOfView = () => Math.min(byId("view").clientWidth, byId("view").clientHeight) / frameNow().scale;
@@ -55,18 +55,18 @@ const sizeOfView = () => Math.min(byId("view").clientWidth, byId("view").clientH
 /* Each tool acts between two places, or at one of them. */
 const ACTIONS = {
     bar(from, to, normal) {
-        if (norm(sub(to.world, from.world)) < 0.5 * gridStep()) return tellHint("A bar needs two different places.");
-        if (from.body && from.body === to.body) return tellHint(`Both places are on ${from.body}: a bar connects two parts.`);
+        if (norm(sub(to.world, from.world)) < 0.5 * gridStep()) return writeHint("A bar needs two different places.");
+        if (from.body && from.body === to.body) return writeHint(`Both places are on ${from.body}: a bar connects two parts.`);
         const [text, name] = addBar(bench.text, from, to, { normal, angle: (body) => angleOf(body, normal) });
         return drawn(text, `${name} is drawn. The next bar may begin at one of its points.`);
     },
     pin(place, _, normal) {
-        if (place.body === "ground") return tellHint("This is a point of the ground already.");
+        if (place.body === "ground") return writeHint("This is a point of the ground already.");
         return drawn(...addPin(bench.text, place, placesAt(place, bench.model), normal));
     },
     point(from, to) {
-        if (!from.body || from.body === "ground") return tellHint("A point belongs to a body: press one first.");
-        if (to.body === from.body && to.point) return tellHint(`${to.body} has the point ${to.point} there.`);
+        if (!from.body || from.body === "ground") return writeHint("A point belongs to a body: press one first.");
+        if (to.body === from.body && to.point) return writeHint(`${to.body} has the point ${to.point} there.`);
         const [text, name] = addPoint(bench.text, from.body, localOf(from.body, to.world));
         return drawn(text, `${from.body}.${name} is a point: Coupler curves has its path.`);
     },
@@ -77,23 +77,23 @@ const ACTIONS = {
         return drawn(text, `${name} moves on a straight guide.`);
     },
     spring(from, to) {
-        if (norm(sub(to.world, from.world)) < 0.5 * gridStep()) return tellHint("A spring needs two different places.");
-        if ((from.body ?? "ground") === (to.body ?? "ground")) return tellHint("A spring needs places on two bodies.");
+        if (norm(sub(to.world, from.world)) < 0.5 * gridStep()) return writeHint("A spring needs two different places.");
+        if ((from.body ?? "ground") === (to.body ?? "ground")) return writeHint("A spring needs places on two bodies.");
         const [text, name] = addSpring(bench.text, from, to);
         return drawn(text, `${name}: its stiffness and free length are in the text.`);
     },
     motor(joint) {
-        if (!joint) return tellHint("There is no joint: press the circle of a pin, or a slider.");
+        if (!joint) return writeHint("There is no joint: press the circle of a pin, or a slider.");
         return drawn(...motorOn(joint));
     },
     delete(part) {
-        return part ? removed(part) : tellHint("There is no part: press a body, a joint or a spring.");
+        return part ? removed(part) : writeHint("There is no part: press a body, a joint or a spring.");
     },
 };
 
 /* The text without a part. */
 function removed(part) {
-    if (bench.wrong) return tellHint("The text has an error: mend it before deleting a part.");
+    if (bench.wrong) return writeHint("The text has an error: mend it before deleting a part.");
     const joint = part.kind === "joint" && modelJoints(bench.model).find(({ name }) => name === part.name), body = part.kind === "body" && bench.model.bodies.find(({ name }) => name === part.name);
     const coordinates = joint ? joint.coordinates : body ? body.motions.map(({ coordinate }) => coordinate) : [];
     pick(null);
@@ -120,8 +120,8 @@ const placeNow = (pixel) => (PARTS_OF_TOOLS[drawing.tool] ?? placeAtPixel)(pixel
 /* A place is set: the first one of a tool, or what completes it. */
 function setPlace(pixel) {
     const normal = drawingNormal();
-    if (!normal && !PARTS_OF_TOOLS[drawing.tool]) return tellHint("Parts are drawn along the axes of the ground: press Fit for that view.");
-    if (bench.wrong && bench.text.trim()) return tellHint("The text has an error: mend it before drawing.");
+    if (!normal && !PARTS_OF_TOOLS[drawing.tool]) return writeHint("Parts are drawn along the axes of the ground: press Fit for that view.");
+    if (bench.wrong && bench.text.trim()) return writeHint("The text has an error: mend it before drawing.");
     const place = placeNow(pixel);
     if (needsTwo(drawing.tool) && !drawing.from) {
         drawing.from = place;
@@ -199,27 +199,27 @@ async function pull(target) {
     held.target = target;
     if (held.busy) return;
     held.busy = true;
-    const late = setTimeout(() => held.moved || tellHint("Preparing the mechanism for dragging: large ones take some seconds."), PREPARED_AFTER);
+    const late = setTimeout(() => held.moved || writeHint("Preparing the mechanism for dragging: large ones take some seconds."), PREPARED_AFTER);
     try {
         for (let asked = null, before = Infinity, nearer = true; drawing.dragged === held && (asked !== held.target || nearer); ) {
             if (asked !== held.target) before = Infinity;
             asked = held.target;
             const state = stateNow(), known = held.moved && bench.dragState === state; /* included files may have changed since the last drag */
-            const told = await bench.engine.drag({ session: known ? bench.dragSession : null, text: known ? null : bench.text, q: held.q, body: held.body, point: held.point, target: asked });
-            Object.assign(bench, { dragSession: told.session, dragState: state });
-            if (!held.moved) tellHint();
-            Object.assign(held, { q: told.q, moved: true, watched: told.branch_changed !== null, changes: held.changes + Number(told.branch_changed === true) });
-            if (told.branch_changed) tellHint(`${CHANGED_MODE}.`);
-            showPoses(told.poses);
+            const reply = await bench.engine.drag({ session: known ? bench.dragSession : null, text: known ? null : bench.text, q: held.q, body: held.body, point: held.point, target: asked });
+            Object.assign(bench, { dragSession: reply.session, dragState: state });
+            if (!held.moved) writeHint();
+            Object.assign(held, { q: reply.q, moved: true, watched: reply.branch_changed !== null, changes: held.changes + Number(reply.branch_changed === true) });
+            if (reply.branch_changed) writeHint(`${CHANGED_MODE}.`);
+            showPoses(reply.poses);
             held.at = moved(poseOf(held.body), held.point);
             drawScene();
-            Object.assign(byId("view").dataset, { closure: told.closure, changes: held.changes });
-            nearer = told.distance > 1e-6 && told.distance < 0.98 * before;
-            before = told.distance;
+            Object.assign(byId("view").dataset, { closure: reply.closure, changes: held.changes });
+            nearer = reply.distance > 1e-6 && reply.distance < 0.98 * before;
+            before = reply.distance;
         }
     } catch (error) {
         bench.dragState = null;
-        tellHint(sentence(error.message));
+        writeHint(sentence(error.message));
         drawing.dragged = null;
         drawing.grabbed = false;
     }
@@ -316,7 +316,7 @@ function cardOf({ kind, name }) {
     return { title: `${joint.name}: ${joint.bodies.join(", ")}`, rows: jointRows(joint), buttons, world: joint.world };
 }
 
-/* The card goes to the corner of the picture where it hides least of the mechanism; the place that it tells of counts most. */
+/* The card goes to the corner of the picture where it hides least of the mechanism; the place that it describes counts most. */
 function moveCardAside(world) {
     const card = byId("picked"), see = seeNow(), { width, height } = frameNow(), room = 16;
     const seen = modelBars(bench.model).flatMap(([a, b]) => [0, 0.25, 0.5, 0.75, 1].map((part) => see(add(scaled(1 - part, a.world), scaled(part, b.world)))));
@@ -333,26 +333,26 @@ function pick(name, kind = "joint") {
     drawing.grabbed = false;
     delete byId("picked").dataset.part;
     byId("picked").hidden = !name;
-    tellPicked();
+    writePicked();
     drawScene();
 }
 
 /* While the picture moves only the numbers are written again, so that buttons stay where they are pressed. */
-function tellPicked() {
-    const { picked } = drawing, card = byId("picked"), told = picked && cardOf(picked);
-    if (!told) {
+function writePicked() {
+    const { picked } = drawing, card = byId("picked"), reply = picked && cardOf(picked);
+    if (!reply) {
         if (picked) pick(null);
         return;
     }
-    if (card.dataset.part === picked.name && !card.hidden) return card.querySelector("table").replaceChildren(...told.rows.map((cells) => rowOf(...cells)));
-    const buttons = [...told.buttons, ["Delete", () => removed(picked)]].map(([words, press]) => {
+    if (card.dataset.part === picked.name && !card.hidden) return card.querySelector("table").replaceChildren(...reply.rows.map((cells) => rowOf(...cells)));
+    const buttons = [...reply.buttons, ["Delete", () => removed(picked)]].map(([words, press]) => {
         const button = element("button", words);
         button.type = "button";
         button.addEventListener("click", press);
         return button;
     });
-    showCard(told.title, told.rows, buttons);
-    moveCardAside(told.world);
+    showCard(reply.title, reply.rows, buttons);
+    moveCardAside(reply.world);
     card.dataset.part = picked.name;
     return undefined;
 }
@@ -517,11 +517,11 @@ function grabbedPlace() {
 
 function grab() {
     const found = grabbedPlace();
-    if (!found) return tellHint("Pick a joint with J or a body with N first; G then drags it with the arrow keys.");
+    if (!found) return writeHint("Pick a joint with J or a body with N first; G then drags it with the arrow keys.");
     if (found.pin) drawing.moving = { point: found.pin.point, from: found.pin.world, world: found.pin.world };
-    else if (!beginDrag(found.place)) return tellHint("This part cannot be dragged.");
+    else if (!beginDrag(found.place)) return writeHint("This part cannot be dragged.");
     drawing.grabbed = true;
-    return tellHint("The arrow keys move it by the grid, with Shift by five steps. Enter ends, Escape leaves a pin where it was.");
+    return writeHint("The arrow keys move it by the grid, with Shift by five steps. Enter ends, Escape leaves a pin where it was.");
 }
 
 function moveGrabbed([x, y], far) {
@@ -536,7 +536,7 @@ function endGrab(keeps) {
     Object.assign(drawing, { grabbed: false, moving: null });
     if (moving && keeps) setPin(moving);
     else if (dragged) endDrag(dragged);
-    tellHint();
+    writeHint();
 }
 
 function typed(event) {

@@ -9,13 +9,13 @@ const studies = { shown: "motion", kept: null, results: {}, group: "", over: "t"
 /* -- columns ------------------------------------------------------------------------------------------------ */
 
 /* The series of a report page as points over its x; columns with fewer rows have fewer points. */
-function makeRun(page, told) {
+function makeRun(page, reply) {
     const columns = new Map(), list = page.series ? page.series.columns : [], x = list.length ? floatsOf(list[0].values) : [];
     for (const { name, unit, every, values } of list) {
         const numbers = floatsOf(values);
         columns.set(name, { name, unit, x: every === 1 ? x : numbers.map((_, k) => x[Math.min(k * every, x.length - 1)]), y: numbers });
     }
-    return { page, told, columns, column: (name) => columns.get(name) };
+    return { page, reply, columns, column: (name) => columns.get(name) };
 }
 
 function valueAtTime(run, name, t) {
@@ -66,12 +66,12 @@ const failed = (answer) => answer.messages.filter(({ level }) => level === "erro
 /* -- the panel ---------------------------------------------------------------------------------------------- */
 
 /* The first line: a mark, the answer, and whether it can be trusted. */
-function tellVerdict(status, words) {
+function writeVerdict(status, words) {
     byId("verdict").dataset.status = status;
     byId("verdict").textContent = `${MARKS[status] || ""} ${words}`.trim();
 }
 
-function tellFacts(page, more = []) {
+function writeFacts(page, more = []) {
     const facts = (page?.facts || []).map(({ name, value, limit, beyond }) => `${name}: ${neat(value)}${limit ? ` (${beyond ? "beyond" : "within"} the limit ${neat(limit)})` : ""}`);
     const warnings = page ? [page.reason, ...String(page.warnings || "").split("\n")] : [];
     byId("facts").replaceChildren(...[...facts, ...warnings, ...more].filter(Boolean).map((words) => element("p", neat(sentence(words)))));
@@ -84,7 +84,7 @@ function clearResult() {
     byId("printed").hidden = true;
 }
 
-function tellPrinted(text) {
+function writePrinted(text) {
     byId("printed").hidden = !text;
     byId("printed").querySelector("pre").textContent = text || "";
 }
@@ -159,8 +159,8 @@ async function runMotion() {
 function showMotion({ run, answer }) {
     const groups = [...new Set([...run.columns.values()].slice(1).map(curveGroup))];
     if (!groups.includes(studies.group)) studies.group = groups[0];
-    tellVerdict(run.page.status, `${run.page.answer}${run.page.status === "complete" ? "" : `, ${run.page.status}`}`);
-    tellFacts(run.page);
+    writeVerdict(run.page.status, `${run.page.answer}${run.page.status === "complete" ? "" : `, ${run.page.status}`}`);
+    writeFacts(run.page);
     const keep = buttonOf(studies.kept ? "Forget the kept run" : "Keep this run", Boolean(studies.kept), () => {
         studies.kept = studies.kept ? null : { run, name: runName() };
         showStudy();
@@ -177,7 +177,7 @@ function showMotion({ run, answer }) {
             drawMotion(run);
         }), keep);
     drawMotion(run);
-    tellPrinted(answer.text);
+    writePrinted(answer.text);
 }
 
 const runName = () => Object.entries(bench.values).map(([name, value]) => `${name} = ${digits(value, 4)}`).join(", ") || "kept run";
@@ -189,10 +189,10 @@ function drawMotion(run) {
     const curves = own.slice(0, 12).map((column, k) => ({ name: column.name, points: pointsOf(run, column), colour: curveColour(k) })), { kept } = studies;
     if (kept && kept.run !== run) for (const [k, column] of own.slice(0, 12).entries()) if (kept.run.column(column.name)) curves.push({ name: `${column.name}, ${kept.name}`, points: pointsOf(kept.run, kept.run.column(column.name)), colour: curveColour(k), dashed: true });
     drawCurves(curves, { x: run.column(over).unit, y: own[0]?.unit || "" });
-    tellExtremes(run);
+    writeExtremes(run);
 }
 
-function tellExtremes(run) {
+function writeExtremes(run) {
     const rows = [...run.columns.values()].filter((column) => curveGroup(column) === studies.group).slice(0, 12).map(({ name, unit, x, y }) => {
         const [low, high] = [Math.min, Math.max].map((of) => y.reduce((best, v) => of(best, v), y[0])), at = (v) => x[y.indexOf(v)];
         return rowOf(name, digits(low, 5), three(at(low)), digits(high, 5), three(at(high)), unit);
@@ -204,9 +204,9 @@ function tellExtremes(run) {
 
 function showPins({ run }) {
     const { rows } = run.page.reactions || { rows: [] }, sorted = [...rows].sort((a, b) => (b[2] ?? 0) - (a[2] ?? 0)), [most] = sorted;
-    if (!most || !isNumber(most[2])) tellVerdict(run.page.status, "The model has no joint that carries a force.");
-    else tellVerdict(run.page.status, `Largest pin force: ${digits(most[2], 4)} N in ${most[0]} at t = ${three(most[3])} s${run.page.status === "complete" ? "" : ` (${run.page.status})`}`);
-    tellFacts(run.page, sorted.filter((row) => row[12] === 0).map((row) => `${row[0]}: not unique, ${row[13] || "redundant constraints share it"}`));
+    if (!most || !isNumber(most[2])) writeVerdict(run.page.status, "The model has no joint that carries a force.");
+    else writeVerdict(run.page.status, `Largest pin force: ${digits(most[2], 4)} N in ${most[0]} at t = ${three(most[3])} s${run.page.status === "complete" ? "" : ` (${run.page.status})`}`);
+    writeFacts(run.page, sorted.filter((row) => row[12] === 0).map((row) => `${row[0]}: not unique, ${row[13] || "redundant constraints share it"}`));
     byId("table").replaceChildren(headRow(["joint", "largest force, N", "at t, s", "largest moment, N m", "at t, s"]), ...sorted.map((row) => {
         const cells = [row[2], row[3], row[7], row[8]].map((x, k) => (isNumber(x) ? (k % 2 ? three(x) : digits(x, 5)) : "\u2013"));
         return pressableRow([row[0], ...cells], () => {
@@ -267,9 +267,9 @@ function showCurves({ run }) {
         return { name, colour, points: flat.map(([x, y]) => ({ x, y })), width: size(0), height: size(1), length: world.slice(1).reduce((sum, p, k) => sum + norm(sub(p, world[k])), 0) };
     });
     studies.paths = paths;
-    if (sized.length === 0) tellVerdict(run.page.status, "Choose a point, or add one to a body.");
-    else tellVerdict(run.page.status, `${sized[0].name} moves within ${lengthWords(sized[0].width)} by ${lengthWords(sized[0].height)}, ${lengthWords(sized[0].length)} in all${run.page.status === "complete" ? "" : ` (${run.page.status})`}`);
-    tellFacts(run.page);
+    if (sized.length === 0) writeVerdict(run.page.status, "Choose a point, or add one to a body.");
+    else writeVerdict(run.page.status, `${sized[0].name} moves within ${lengthWords(sized[0].width)} by ${lengthWords(sized[0].height)}, ${lengthWords(sized[0].length)} in all${run.page.status === "complete" ? "" : ` (${run.page.status})`}`);
+    writeFacts(run.page);
     drawCurves(sized, { x: "m", y: "m", even: true });
     byId("table").replaceChildren(headRow(["point", "width, m", "height, m", "way, m"]), ...sized.map(({ name, width, height, length }) => rowOf(name, digits(width, 5), digits(height, 5), digits(length, 5))));
 }
@@ -306,13 +306,13 @@ async function runDead() {
 function showDead({ answer, run }) {
     const { json } = answer, angles = new Set(coordinateList().filter(({ angle }) => angle).map(({ name }) => name)), words = (name, x) => (angles.has(name) ? `${digits(degrees(x), 5)} deg` : (x < 0 ? "-" : "") + lengthWords(Math.abs(x)));
     const swept = json.driven.map(({ name }) => name).join(", "), found = json.dead_centres;
-    tellVerdict(found.length ? "complete" : json.status, found.length ? `Dead centre: ${found.map(({ coordinate, value, extreme }) => `${coordinate} = ${words(coordinate, value)} is its ${extreme} value`).join("; ")}` : json.status === "complete" ? `No dead centre: ${swept} goes through the whole range` : json.reason || json.status);
-    tellFacts({ ...answer.page, reason: json.status === "complete" ? "" : json.reason });
+    writeVerdict(found.length ? "complete" : json.status, found.length ? `Dead centre: ${found.map(({ coordinate, value, extreme }) => `${coordinate} = ${words(coordinate, value)} is its ${extreme} value`).join("; ")}` : json.status === "complete" ? `No dead centre: ${swept} goes through the whole range` : json.reason || json.status);
+    writeFacts({ ...answer.page, reason: json.status === "complete" ? "" : json.reason });
     const names = [...new Set(found.flatMap(({ q }) => Object.keys(q)))];
     byId("table").replaceChildren(...(found.length ? [headRow(["at the dead centre", ...found.map((_, k) => String(k + 1))]), ...names.map((name) => rowOf(name, ...found.map(({ q }) => words(name, q[name]))))] : []));
     const own = [...run.columns.values()].filter(({ name }) => /^q\./.test(name)), x = run.columns.values().next().value;
     drawCurves(own.slice(0, 10).map((column, k) => ({ name: column.name, points: curvePoints(column), colour: curveColour(k) })), { x: x?.unit || "", y: own[0]?.unit || "" });
-    tellPrinted(answer.text);
+    writePrinted(answer.text);
 }
 
 /* -- equilibrium over a range ------------------------------------------------------------------------------- */
@@ -343,12 +343,12 @@ async function runEquilibrium() {
 function showEquilibrium({ rows, name, answer }) {
     const found = rows.filter(({ json, code }) => json && code === 0), stable = found.filter(({ json }) => json.stability === "stable"), names = Object.keys(found[0]?.json.q || {});
     const kind = found.length === 0 ? "" : stable.length === found.length ? (found.length > 1 ? "all stable" : "stable") : `${stable.length} stable`;
-    tellVerdict(found.length === rows.length ? "complete" : "stopped", name ? `Equilibrium at ${found.length} of ${rows.length} values of ${name}${kind ? `, ${kind}` : ""}` : `One equilibrium, ${found[0]?.json.stability || "not found"}`);
-    tellFacts(answer.page, rows.length > 1 ? ["A row shows its picture when it is pressed."] : []);
+    writeVerdict(found.length === rows.length ? "complete" : "stopped", name ? `Equilibrium at ${found.length} of ${rows.length} values of ${name}${kind ? `, ${kind}` : ""}` : `One equilibrium, ${found[0]?.json.stability || "not found"}`);
+    writeFacts(answer.page, rows.length > 1 ? ["A row shows its picture when it is pressed."] : []);
     byId("table").replaceChildren(headRow([...(name ? [name] : []), ...names, "", "residual"]), ...rows.map((row) => pressableRow([...(name ? [digits(row.value, 5)] : []), ...names.map((q) => digits(row.json?.q?.[q], 5)), row.json?.stability || failed(row), short(row.json?.residual)], () => row.page && showScene(row.page))));
     const curves = name ? names.slice(0, 10).map((q, k) => ({ name: q, colour: curveColour(k), points: found.map(({ value, json }) => ({ x: value, y: json.q[q] })) })) : [];
     drawCurves(curves, { x: "", y: "" });
-    tellPrinted(answer.text);
+    writePrinted(answer.text);
 }
 
 /* -- modes -------------------------------------------------------------------------------------------------- */
@@ -373,8 +373,8 @@ function showMode(page, k) {
 }
 
 function showModes({ page, answer }) {
-    tellVerdict(page.status, `${page.modes.length} mode${page.modes.length === 1 ? "" : "s"}, ${page.stability}`);
-    tellFacts(page, [page.reasons]);
+    writeVerdict(page.status, `${page.modes.length} mode${page.modes.length === 1 ? "" : "s"}, ${page.stability}`);
+    writeFacts(page, [page.reasons]);
     byId("table").replaceChildren(headRow(["mode", "frequency, Hz", "damping ratio", "decay by e, s", "moves"]), ...page.modes.map((mode, k) => {
         const row = pressableRow([String(k + 1), mode.eigenvalue[1] > 0 ? digits(mode.frequency, 5) : "\u2013", mode.eigenvalue[1] > 0 ? digits(mode.damping, 4) : "\u2013", digits(mode.decay, 4), element("td.words", mode.moves)], () => {
             studies.chosen = k;
@@ -385,12 +385,12 @@ function showModes({ page, answer }) {
         return row;
     }));
     if (studies.chosen >= 0 && resultNow().state === stateNow()) showMode(page, studies.chosen);
-    tellPrinted(answer.text);
+    writePrinted(answer.text);
 }
 
 /* -- all of them -------------------------------------------------------------------------------------------- */
 
-/* `run` computes, `show` tells its result, `ask` has the inputs before; studies of one run share it. */
+/* `run` computes, `show` writes its result, `ask` has the inputs before; studies of one run share it. */
 const STUDIES = [
     { key: "motion", name: "Motion", ask: askMotion, run: runMotion, show: showMotion },
     { key: "pins", name: "Pin forces", ask: askMotion, run: runMotion, show: showPins, of: "motion" },
@@ -410,10 +410,10 @@ function showStudy() {
     if (bench.model?.bodies.length) study.ask();
     for (const box of byId("ask").querySelectorAll("input")) if (kept[box.id] !== undefined && box.id !== "t-end" && studies.asked === study.key) box.value = kept[box.id];
     studies.asked = study.key;
-    if (!result) tellFacts(null, [bench.model?.bodies.length && !bench.wrong ? "Press Run to compute this study." : ""]);
+    if (!result) writeFacts(null, [bench.model?.bodies.length && !bench.wrong ? "Press Run to compute this study." : ""]);
     else if (result.failed) {
-        tellVerdict("failed", result.failed);
-        tellPrinted(result.answer?.text);
+        writeVerdict("failed", result.failed);
+        writePrinted(result.answer?.text);
     } else study.show(result);
     const stale = bench.wrong ? "The text was changed after this result, and has an error: mend it, then press Run." : "The text was changed after this result: press Run.";
     if (result && result.state !== stateNow()) byId("facts").prepend(element("p.warning", stale));
@@ -425,12 +425,12 @@ async function runStudy() {
     await bench.checked;
     if (!bench.model?.bodies.length || bench.wrong) {
         showStudy();
-        tellVerdict("failed", bench.wrong ? "The text has an error: mend it first." : "The model has no body: draw a bar first.");
+        writeVerdict("failed", bench.wrong ? "The text has an error: mend it first." : "The model has no body: draw a bar first.");
         return undefined;
     }
     Object.assign(bench, { running: true, stopping: false });
     Object.assign(shownScene, { span: null, period: 0 });
-    const late = setTimeout(() => (button.textContent = "Stop"), 300), watch = setInterval(tellProgress, PROGRESS_EACH), kept = { state: stateNow(), files: modelFiles() };
+    const late = setTimeout(() => (button.textContent = "Stop"), 300), watch = setInterval(writeProgress, PROGRESS_EACH), kept = { state: stateNow(), files: modelFiles() };
     try {
         const result = await study.run();
         studies.results[study.of ?? study.key] = { ...result, ...kept };
@@ -446,9 +446,9 @@ async function runStudy() {
 }
 
 /* The progress of a study that takes longer. */
-async function tellProgress() {
-    const told = await bench.engine.progress?.("study").catch(() => null);
-    if (told && bench.running) tellVerdict("", `${three(told.done)} of ${three(told.total)} ${told.unit}${told.leftSeconds > 1 ? `, ${duration(told.leftSeconds)} left` : ""}`);
+async function writeProgress() {
+    const reply = await bench.engine.progress?.("study").catch(() => null);
+    if (reply && bench.running) writeVerdict("", `${three(reply.done)} of ${three(reply.total)} ${reply.unit}${reply.leftSeconds > 1 ? `, ${duration(reply.leftSeconds)} left` : ""}`);
 }
 
 function stopStudy() {
@@ -484,6 +484,6 @@ function beginStudies() {
     });
     byId("run").addEventListener("click", runStudy);
     shownScene.over.push(drawPaths);
-    shownScene.told.push((t) => ["motion", "pins"].includes(studies.shown) && studies.over === "t" && showCursor(t));
+    shownScene.drawn.push((t) => ["motion", "pins"].includes(studies.shown) && studies.over === "t" && showCursor(t));
     chooseStudy("motion");
 }

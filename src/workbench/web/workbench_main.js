@@ -28,9 +28,9 @@ async function checkText({ picture = true } = {}) {
     const { text } = bench, state = stateNow(), files = modelFiles(), set = overrides();
     if (!text.trim()) {
         Object.assign(bench, { model: null, start: null, startPage: null, wrong: false });
-        tellErrors([]);
+        writeErrors([]);
         showScene(null);
-        return tellHint();
+        return writeHint();
     }
     const [shown, start] = await Promise.all([
         bench.engine.command(["show", bench.name, "--model", ...set, "--json", OUTPUTS.json], { files, run: "show" }),
@@ -40,7 +40,7 @@ async function checkText({ picture = true } = {}) {
     const model = shown.code === 0 ? jsonOf(shown, "result.json") : null, begun = !model && isBegun(text), closed = Boolean(start.json?.q && start.page);
     const open = model && !closed && !start.messages.some(({ level }) => level === "error") ? [{ level: "error", text: failed(start) }] : [];
     bench.wrong = !begun && !model;
-    tellErrors(begun ? [] : [...(model ? start : shown).messages, ...open]);
+    writeErrors(begun ? [] : [...(model ? start : shown).messages, ...open]);
     if (model) bench.sound = text;
     if (model || begun) bench.model = model ?? groundModel(text);
     if (closed) Object.assign(bench, { start: start.json, startPage: start.page });
@@ -48,8 +48,8 @@ async function checkText({ picture = true } = {}) {
     if (start.page && picture) showScene(start.page);
     if (begun) showScene(null);
     showSliders();
-    tellPicked();
-    tellHint();
+    writePicked();
+    writeHint();
     return undefined;
 }
 
@@ -74,8 +74,8 @@ let typedTimer = 0;
 /* After a change of the text: one check when typing rests. */
 function textChanged() {
     takeShownText();
-    tellUndo();
-    tellSaved();
+    writeUndo();
+    writeSaved();
     clearTimeout(typedTimer);
     let start;
     const begun = new Promise((done) => (start = done));
@@ -86,7 +86,7 @@ function textChanged() {
             await checkText();
             showStudy();
         } catch (error) {
-            tellNotice(`The text could not be checked: ${error.message}`);
+            writeNotice(`The text could not be checked: ${error.message}`);
         }
         document.documentElement.dataset.checked = String(Number(document.documentElement.dataset.checked || 0) + 1);
         start();
@@ -98,7 +98,7 @@ function textChanged() {
 
 const hasChanges = () => bench.removed || bench.text !== bench.saved || [...bench.others.values()].some((file) => file.text !== file.saved);
 
-function tellSaved() {
+function writeSaved() {
     const changed = hasChanges();
     byId("saved").textContent = bench.engine.save ? (changed ? "not saved" : "saved") : "";
     byId("save").hidden = !bench.engine.save;
@@ -108,13 +108,13 @@ function tellSaved() {
 }
 
 /* A sentence above the page, with buttons { words, press }. */
-function tellNotice(words, buttons = []) {
+function writeNotice(words, buttons = []) {
     byId("notice").hidden = !words;
     byId("notice").replaceChildren(words, ...buttons.map(({ words: label, press }) => {
         const button = element("button", label);
         button.type = "button";
         button.addEventListener("click", () => {
-            tellNotice("");
+            writeNotice("");
             press();
         });
         return button;
@@ -123,14 +123,14 @@ function tellNotice(words, buttons = []) {
 
 function takeFile({ name, text, version }, { show = true } = {}) {
     Object.assign(bench, { name, version, saved: text });
-    tellThere();
+    writeThere();
     if (show && bench.text !== text) changeText(text);
-    tellSaved();
+    writeSaved();
 }
 
 /* The file and the server are there again. */
-function tellThere() {
-    if (bench.removed || bench.lost) tellNotice("");
+function writeThere() {
+    if (bench.removed || bench.lost) writeNotice("");
     Object.assign(bench, { removed: false, lost: false });
 }
 
@@ -138,19 +138,19 @@ async function saveText() {
     if (!bench.engine.save || !hasChanges()) return;
     const { text } = bench;
     try {
-        const told = await bench.engine.save(text, bench.version);
-        if (told.conflict) return offerConflict(told.conflict);
-        Object.assign(bench, { saved: text, version: told.version });
-        tellThere();
-        tellSaved();
+        const reply = await bench.engine.save(text, bench.version);
+        if (reply.conflict) return offerConflict(reply.conflict);
+        Object.assign(bench, { saved: text, version: reply.version });
+        writeThere();
+        writeSaved();
     } catch (error) {
-        tellNotice(`The file was not saved: ${error.message}`);
+        writeNotice(`The file was not saved: ${error.message}`);
     }
 }
 
 /* The file was changed by another program while the text was changed here. */
 function offerConflict(file) {
-    tellNotice(`${file.name} was changed by another program, and the text here, too.`, [
+    writeNotice(`${file.name} was changed by another program, and the text here, too.`, [
         { words: "Keep this text", press: () => takeFile(file, { show: false }) },
         { words: "Take the file", press: () => takeFile(file) },
     ]);
@@ -161,7 +161,7 @@ async function watchFile() {
     for (;;) {
         try {
             const file = await bench.engine.changed(bench.version);
-            if (bench.lost) tellThere();
+            if (bench.lost) writeThere();
             if (!file || file.version === bench.version) continue;
             if (file.text === bench.text || bench.text === bench.saved) takeFile(file);
             else if (file.text === bench.saved) takeFile(file, { show: false });
@@ -170,39 +170,39 @@ async function watchFile() {
                 offerConflict(file);
             }
         } catch (error) {
-            tellMissing(error);
+            writeMissing(error);
             await new Promise((done) => setTimeout(done, WATCH_AGAIN));
         }
     }
 }
 
 /* The file was removed, or the server ended: the text is only in this page then. */
-function tellMissing({ status, message }) {
+function writeMissing({ status, message }) {
     const before = { removed: bench.removed, lost: bench.lost };
     Object.assign(bench, { removed: status === 404, lost: status === undefined });
-    if (bench.removed && !before.removed) tellNotice(`${bench.name} is not there any more: ${sentence(message)} This page has its text.`, [{ words: "Save it again", press: saveText }]);
-    else if (bench.lost && !before.lost) tellNotice("The server of this page does not answer: kempe workbench may have ended. This page still has the text; Files has it as a download.");
-    tellSaved();
+    if (bench.removed && !before.removed) writeNotice(`${bench.name} is not there any more: ${sentence(message)} This page has its text.`, [{ words: "Save it again", press: saveText }]);
+    else if (bench.lost && !before.lost) writeNotice("The server of this page does not answer: kempe workbench may have ended. This page still has the text; Files has it as a download.");
+    writeSaved();
 }
 
 /* A text from elsewhere takes the place of the present one; undo brings it back. */
 function openText(text, from) {
     showFile(null);
     changeText(text);
-    tellNotice(`The model is now the text of ${from}. ${bench.engine.saving} ${bench.name}. Undo brings the former text back.`, [{ words: "Undo", press: () => (showFile(null), modelEditor.undo()) }]);
+    writeNotice(`The model is now the text of ${from}. ${bench.engine.saving} ${bench.name}. Undo brings the former text back.`, [{ words: "Undo", press: () => (showFile(null), modelEditor.undo()) }]);
 }
 
 async function openLink() {
     try {
-        const told = await modelOfLink(location.hash);
-        if (told?.others && !bench.engine.holdsFiles) tellNotice(`The link has several files: ${[told.name, ...Object.keys(told.others)].join(", ")}. kempe workbench takes further files from the folder of the model: open the link in a page without a server.`);
-        else if (told) {
-            if (told.others) takeName(told.name);
-            for (const [name, file] of Object.entries(told.others || {})) addFile(name, file);
-            openText(told.text, "the link");
+        const reply = await modelOfLink(location.hash);
+        if (reply?.others && !bench.engine.holdsFiles) writeNotice(`The link has several files: ${[reply.name, ...Object.keys(reply.others)].join(", ")}. kempe workbench takes further files from the folder of the model: open the link in a page without a server.`);
+        else if (reply) {
+            if (reply.others) takeName(reply.name);
+            for (const [name, file] of Object.entries(reply.others || {})) addFile(name, file);
+            openText(reply.text, "the link");
         }
     } catch {
-        tellNotice("The link does not contain a whole model: a part of it may be missing.");
+        writeNotice("The link does not contain a whole model: a part of it may be missing.");
     }
     if ([LINK, LINK_OF_FILES].some((word) => location.hash.startsWith(word))) history.replaceState(null, "", location.href.split("#")[0]);
 }
@@ -295,10 +295,10 @@ function beginTime() {
         if (forces) forces.shown = byId("arrows").checked;
         drawScene();
     });
-    shownScene.told.push(() => {
+    shownScene.drawn.push(() => {
         byId("arrows-switch").hidden = !forces || !(forces.usual > 0);
         byId("arrows").checked = Boolean(forces && forces.shown);
-    }, () => drawing.picked && !byId("picked").hidden && tellPicked());
+    }, () => drawing.picked && !byId("picked").hidden && writePicked());
 }
 
 async function begin() {
@@ -328,7 +328,7 @@ async function begin() {
         await bench.checked;
         if (bench.engine.changed) watchFile();
     } catch (error) {
-        tellNotice(`The model could not be read: ${error.message}`);
+        writeNotice(`The model could not be read: ${error.message}`);
     }
     document.documentElement.dataset.ready = "yes";
 }

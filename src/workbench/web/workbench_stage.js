@@ -25,7 +25,7 @@ const shownScene = {
     basis: FRONT, camera: { centre: [0.35, 0.2, 0], scale: 0, yaw: 0, pitch: 0, home: { yaw: 0, pitch: 0 } }, fitted: false,
     poses: [], posed: null, t: 0, playing: false, last: 0, speed: 1, hidden: new Set(),
     over: [], /* functions (see, frame) that give elements over the picture */
-    told: [], /* functions that are called after each drawing */
+    drawn: [], /* functions that are called after each drawing */
 };
 
 /* -- the picture -------------------------------------------------------------------------------------------- */
@@ -159,7 +159,7 @@ function drawScene() {
     }
     const see = seeNow(frame);
     for (const over of scene.over) gauge.append(...over(see, frame));
-    for (const tell of scene.told) tell(scene.t);
+    for (const follow of scene.drawn) follow(scene.t);
 }
 
 /* -- time --------------------------------------------------------------------------------------------------- */
@@ -168,11 +168,11 @@ function showTimeBar() {
     const [from, to] = timeSpan();
     byId("time-bar").hidden = !(to > from);
     byId("time").value = "0";
-    tellClock();
+    writeClock();
 }
 
 /* States of a study and phases of a mode have no time. */
-function tellClock() {
+function writeClock() {
     byId("clock").textContent = data.separate || data.command === "modes" ? "" : clockOf(shownScene.t, timeSpan()[1]);
 }
 
@@ -181,7 +181,7 @@ function showTime(t) {
     shownScene.posed = null;
     shownScene.t = Math.min(Math.max(t, from), to);
     byId("time").value = String(Math.round((1000 * (shownScene.t - from)) / (to - from || 1)));
-    tellClock();
+    writeClock();
     drawScene();
 }
 

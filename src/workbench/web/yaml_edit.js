@@ -165,7 +165,7 @@ function putEntry(text, path, words, nest = (key, inner) => `${key}: {${inner}}`
             node = entry.value;
             continue;
         }
-        const inner = rest.reduceRight((told, key) => (told === null ? `${key}: ${words}` : nest(key, told)), null);
+        const inner = rest.reduceRight((inside, key) => (inside === null ? `${key}: ${words}` : nest(key, inside)), null);
         if (entry) return splice(text, entry.value.start, entry.value.end, `${entry.value.kind === "empty" ? " " : ""}{${inner}}`);
         const added = inner === null ? `${path[k]}: ${words}` : nest(path[k], inner);
         return node.flow ? addToFlow(text, node, added) : addToBlock(text, node, added);

@@ -2,7 +2,7 @@
 /* Results say what makes a state doubtful. Values beyond the first or last point of a table are extrapolated, which a
  * result must admit. Laws and closures have a condition for each end of a table; outputs have the argument of each use
  * among their values. A table is doubted once for an evaluator. So is friction whose level is negative. */
-#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/validity.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
@@ -15,16 +15,16 @@
 #include <math.h>
 #include <string.h>
 
-struct kmp_left_tables {
-    bool *told;     /* of each table of the model: it has been doubted */
+struct kmp_validity_marks {
+    bool *reported; /* of each table of the model: it has been doubted */
     bool *said;     /* of each condition of another kind, likewise */
-    double *change; /* of each condition at the last kmp_eval_leaves */
+    double *change; /* of each condition at the last kmp_eval_validity */
 };
 
-kmp_left_tables *kmp_left_tables_new(const kempe_system *system, kmp_arena *arena)
+kmp_validity_marks *kmp_validity_marks_new(const kempe_system *system, kmp_arena *arena)
 {
-    kmp_left_tables *left = KMP_ARENA_NEW(arena, kmp_left_tables, 1);
-    return left && KMP_ARENA_MAKE(arena, KMP_ROOM(bool, system->model->table_count, &left->told),
+    kmp_validity_marks *left = KMP_ARENA_NEW(arena, kmp_validity_marks, 1);
+    return left && KMP_ARENA_MAKE(arena, KMP_ROOM(bool, system->model->table_count, &left->reported),
                                   KMP_ROOM(bool, system->events.count, &left->said),
                                   KMP_ROOM(double, system->events.count, &left->change))
                ? left
@@ -44,12 +44,12 @@ void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int e
               kmp_table_end(table, end - end % 2 + 1), t, kmp_table_advice(table));
 }
 
-void kmp_eval_tell_table(kmp_evaluator *eval, const kmp_named_table *table, int end, double x, double t)
+void kmp_eval_report_table(kmp_evaluator *eval, const kmp_named_table *table, int end, double x, double t)
 {
-    bool *told = &eval->left_tables->told[table - eval->system->model->tables];
-    if (!*told)
+    bool *reported = &eval->validity->reported[table - eval->system->model->tables];
+    if (!*reported)
         kmp_doubt_table(eval->system->context, table, end, x, t);
-    *told = true;
+    *reported = true;
 }
 
 int kmp_eval_left(const kempe_system *s, const double *shown, int k, double *x)
@@ -60,70 +60,69 @@ int kmp_eval_left(const kempe_system *s, const double *shown, int k, double *x)
     return *x < kmp_table_end(table, first) ? first : *x > kmp_table_end(table, first + 1) ? first + 1 : -1;
 }
 
-void kmp_eval_tell_shown(kmp_evaluator *eval, double t, const double *shown)
+void kmp_eval_report_tables(kmp_evaluator *eval, double t, const double *shown)
 {
     for (int k = 0; k < eval->system->use_count; k++) {
         double x;
         int end = kmp_eval_left(eval->system, shown, k, &x);
         if (end >= 0)
-            kmp_eval_tell_table(eval, &eval->system->model->tables[eval->system->use[k].table], end, x, t);
+            kmp_eval_report_table(eval, &eval->system->model->tables[eval->system->use[k].table], end, x, t);
     }
 }
 
-bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                     const double *lambda)
+bool kmp_eval_validity(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                       const double *lambda)
 {
     const kmp_events *events = &eval->system->events;
     for (int k = 0; k < events->count; k++)
-        if (events->condition[k].told != KMP_TOLD_NOTHING) {
+        if (events->condition[k].validity != KMP_VALIDITY_NONE) {
             if (qdd)
-                kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, eval->left_tables->change);
+                kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, eval->validity->change);
             else
-                memcpy(eval->left_tables->change, kmp_eval_changes(eval, t, q, qd),
+                memcpy(eval->validity->change, kmp_eval_changes(eval, t, q, qd),
                        (size_t)events->count * sizeof(double));
             return true;
         }
     return false;
 }
 
-int kmp_eval_next_told(const kmp_evaluator *eval, int *from)
+int kmp_eval_next_invalid(const kmp_evaluator *eval, int *from)
 {
     const kmp_events *events = &eval->system->events;
-    const double *change = eval->left_tables->change;
+    const double *change = eval->validity->change;
     for (; *from < events->count; ++*from)
-        if (events->condition[*from].told < KMP_TOLD_DEFLECTION &&
-            kmp_condition_tells(&events->condition[*from], change[*from], fabs(change[*from])))
+        if (events->condition[*from].validity < KMP_VALIDITY_DEFLECTION &&
+            kmp_condition_invalid(&events->condition[*from], change[*from], fabs(change[*from])))
             return (*from)++;
     return -1;
 }
 
-void kmp_eval_tell_condition(kmp_evaluator *eval, int k, double t)
+void kmp_eval_report_invalid(kmp_evaluator *eval, int k, double t)
 {
     const kmp_condition *condition = &eval->system->events.condition[k];
-    const double value = eval->left_tables->change[k];
+    const double value = eval->validity->change[k];
     double x;
-    if (condition->told == KMP_TOLD_TABLE) {
-        const int end = kmp_told_end(condition, value, &x);
-        kmp_eval_tell_table(eval, condition->expr->table, end, x, t);
+    if (condition->validity == KMP_VALIDITY_TABLE) {
+        const int end = kmp_validity_end(condition, value, &x);
+        kmp_eval_report_table(eval, condition->expr->table, end, x, t);
         return;
     }
     bool said = false;
     for (int i = 0; i < eval->system->events.count; i++)
-        said = said || (eval->left_tables->said[i] &&
-                        kmp_conditions_tell_the_same(&eval->system->events.condition[i], condition));
-    eval->left_tables->said[k] = true;
+        said = said || (eval->validity->said[i] && kmp_validities_equal(&eval->system->events.condition[i], condition));
+    eval->validity->said[k] = true;
     if (!said)
         kmp_doubt_condition(eval->system, condition, value, t);
 }
 
-void kmp_eval_put_told(const kmp_evaluator *eval, int k, double t, kmp_text *text)
+void kmp_eval_put_invalid(const kmp_evaluator *eval, int k, double t, kmp_text *text)
 {
     const kmp_condition *condition = &eval->system->events.condition[k];
-    const double value = eval->left_tables->change[k];
+    const double value = eval->validity->change[k];
     double x;
-    if (condition->told == KMP_TOLD_TABLE) {
+    if (condition->validity == KMP_VALIDITY_TABLE) {
         const kmp_named_table *table = condition->expr->table;
-        const int end = kmp_told_end(condition, value, &x);
+        const int end = kmp_validity_end(condition, value, &x);
         kmp_text_printf(text, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1),
                         kmp_table_end(table, end | 1), t, kmp_table_advice(table));
     } else {
@@ -133,18 +132,19 @@ void kmp_eval_put_told(const kmp_evaluator *eval, int k, double t, kmp_text *tex
 
 /* -- conditions ----------------------------------------------------------------------------------------- */
 
-bool kmp_condition_tells(const kmp_condition *condition, double value, double largest)
+bool kmp_condition_invalid(const kmp_condition *condition, double value, double largest)
 {
-    return condition->told != KMP_TOLD_NOTHING &&
-           value < (condition->told == KMP_TOLD_LEVEL ? -KMP_LEVEL_ROUNDING * largest : 0);
+    return condition->validity != KMP_VALIDITY_NONE &&
+           value < (condition->validity == KMP_VALIDITY_LEVEL ? -KMP_LEVEL_ROUNDING * largest : 0);
 }
 
-bool kmp_conditions_tell_the_same(const kmp_condition *a, const kmp_condition *b)
+bool kmp_validities_equal(const kmp_condition *a, const kmp_condition *b)
 {
-    return a->told == b->told && (a->told == KMP_TOLD_TABLE ? a->expr->table == b->expr->table : a->of == b->of);
+    return a->validity == b->validity &&
+           (a->validity == KMP_VALIDITY_TABLE ? a->expr->table == b->expr->table : a->of == b->of);
 }
 
-int kmp_told_end(const kmp_condition *condition, double value, double *x)
+int kmp_validity_end(const kmp_condition *condition, double value, double *x)
 {
     const kmp_named_table *table = condition->expr->table;
     const int end = condition->number - kmp_table_end_number(table, 0);
@@ -186,18 +186,18 @@ void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condit
 {
     double x;
     int end;
-    switch (condition->told) {
-    case KMP_TOLD_TABLE:
-        end = kmp_told_end(condition, value, &x);
+    switch (condition->validity) {
+    case KMP_VALIDITY_TABLE:
+        end = kmp_validity_end(condition, value, &x);
         kmp_doubt_table(system->context, condition->expr->table, end, x, t);
         break;
-    case KMP_TOLD_LEVEL:
+    case KMP_VALIDITY_LEVEL:
         kmp_doubt(system->context, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
         break;
-    case KMP_TOLD_DEFLECTION:
+    case KMP_VALIDITY_DEFLECTION:
         doubt_deflection(system, condition->of, value, t);
         break;
-    case KMP_TOLD_ROTATION:
+    case KMP_VALIDITY_ROTATION:
         doubt_rotation(system, condition->of, value);
         break;
     default:
