@@ -3,7 +3,6 @@
 #ifndef KEMPE_BENCH_AT_END_H
 #define KEMPE_BENCH_AT_END_H
 
-#include "model/data/force.h"
 #include "output/reference.h"
 #include <math.h>
 

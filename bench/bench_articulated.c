@@ -9,7 +9,6 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "bench.h"
-#include "constraints/partition/reduction.h"
 #include "dynamics/motion.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"

@@ -5,7 +5,6 @@
  */
 #include "bench.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/load_multipliers.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "followed_motion.h"
 #include <dlfcn.h>

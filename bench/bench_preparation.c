@@ -5,7 +5,6 @@
  *
  * The linker leads calls of the stages through the functions below (--wrap, bench/CMakeLists.txt). A stage within
  * another one counts for itself alone. */
-#include "base/cache/cache_files.h"
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
@@ -13,7 +12,6 @@
 #include "constraints/evaluation/tangent_record.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
-#include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "integrators/run/run.h"
 #include "studies/simulate/trajectory.h"

@@ -8,9 +8,7 @@
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
-#include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -12,7 +12,6 @@
  * the two have it when they run apart, in runs of their own. */
 #include "bench.h"
 #include "constraints/programs/reduced_program.h"
-#include "integrators/formulations/formulation.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"

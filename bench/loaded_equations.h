@@ -5,7 +5,6 @@
 #define KEMPE_BENCH_LOADED_EQUATIONS_H
 
 #include "base/file.h"
-#include "base/memory.h"
 #include "exchange/code/write.h"
 #include "model/data/force.h"
 #include "model/data/model_context.h"

@@ -10,7 +10,6 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/model.h"
-#include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "model/read/reader.h"
 #include "studies/compare/compare_study.h"

@@ -6,6 +6,7 @@
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
+#include "base/union_find.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/close.h"
 #include "constraints/closing/cut_start.h"
@@ -15,7 +16,6 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
@@ -95,13 +95,6 @@ typedef struct groups {
     bool *hold, *left_out;
 } groups;
 
-static int root_of(const int *parent, int k)
-{
-    while (parent[k] != k)
-        k = parent[k];
-    return k;
-}
-
 /* false: no memory. */
 static bool find_groups(work *w, groups *g)
 {
@@ -114,11 +107,11 @@ static bool find_groups(work *w, groups *g)
         parent[k] = k;
     for (int e = 0; e < p->count; e++)
         if (!w->guess->hold[p->col[e]])
-            parent[root_of(parent, n + p->row[e])] = root_of(parent, p->col[e]);
+            parent[kmp_root_of(parent, n + p->row[e])] = kmp_root_of(parent, p->col[e]);
     for (int k = 0; k < n; k++)
         g->motion[k] = -1;
     for (int r = 0; r < m; r++) {
-        int root = root_of(parent, n + r), *group = &g->motion[root < n ? root : 0];
+        int root = kmp_root_of(parent, n + r), *group = &g->motion[root < n ? root : 0];
         g->row[r] = -1;
         if (root >= n) /* no free coordinate */
             continue;
@@ -126,7 +119,7 @@ static bool find_groups(work *w, groups *g)
         g->row[r] = *group;
     }
     for (int k = 0; k < n; k++)
-        g->motion[k] = g->motion[root_of(parent, k)];
+        g->motion[k] = g->motion[kmp_root_of(parent, k)];
     return true;
 }
 

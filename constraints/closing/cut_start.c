@@ -3,7 +3,6 @@
  * length and halved until the sum of squares falls. So the guess does not depend on what is cut. Values may contradict
  * the loops: the guess is a compromise, and closing the loops is left to the assembly. */
 #include "constraints/closing/cut_start.h"
-#include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"

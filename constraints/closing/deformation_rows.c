@@ -7,7 +7,6 @@
 #include "constraints/evaluation/few_tangents.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/small_change.h"
-#include "constraints/tolerances.h"
 #include "model/data/body.h"
 #include "model/data/flexible.h"
 #include "model/data/start.h"

@@ -3,11 +3,9 @@
  * coordinates that are given keep their values, and the others follow. The new model has the closed position as its
  * start, so that every computation assembles there. */
 #include "base/context.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "model/data/model.h"
@@ -305,14 +303,6 @@ static bool has_clearance(const kempe_model *model)
     return any;
 }
 
-/* Joints with clearance are centred at the start by coordinates that nothing holds. */
-static void hold_given(work *w, bool *hold)
-{
-    for (int k = 0; k < w->n; k++)
-        hold[k] = w->model->start.hold[k] || (w->fixed[k] && is_given(w->given, k));
-    w->model->start.hold = hold;
-}
-
 static void set_position(work *w, bool *hold)
 {
     kempe_model *model = w->model;
@@ -325,8 +315,12 @@ static void set_position(work *w, bool *hold)
     }
     start->goal_count = 0; /* so would these */
     start->at = NULL;
-    if (has_clearance(model))
-        hold_given(w, hold);
+    if (has_clearance(model)) {
+        /* Joints with clearance are centred at the start by coordinates that nothing holds. */
+        for (int k = 0; k < w->n; k++)
+            hold[k] = w->model->start.hold[k] || (w->fixed[k] && is_given(w->given, k));
+        w->model->start.hold = hold;
+    }
     for (int k = 0; k < model->cut_coordinate_count; k++)
         model->cut_coordinates[k].q_given = false;
 }
@@ -349,24 +343,6 @@ static kempe_status refuse_rate(const work *w, int k, double given)
                     w->model->motions[k].name, as.factor * rate, as.unit, as.factor * given);
 }
 
-/* Signals of delays are constant before the start where their states are given. */
-static void set_states(const work *w, const double *qd)
-{
-    const int first = kmp_model_coordinates(w->model);
-    for (int k = 0; k < w->model->state_count; k++) {
-        kmp_state *state = &w->model->states[k];
-        if (!is_given(qd, first + k))
-            continue;
-        if (state->before)
-            kmp_log(w->model->context, KEMPE_LOG_WARNING,
-                    "start: the signal of '%s' before the start is constant at its given value, in place of 'before'",
-                    state->name);
-        state->start = (kmp_number){.value = qd[first + k]};
-        state->began = state->delayed;
-        state->before = NULL;
-    }
-}
-
 /* Given rates count before the rates of the model, which give way where they contradict. */
 static kempe_status set_rates(work *w, const double *qd)
 {
@@ -380,7 +356,20 @@ static kempe_status set_rates(work *w, const double *qd)
         }
     for (int k = 0; k < w->model->cut_coordinate_count; k++)
         w->model->cut_coordinates[k].qd_given = false;
-    set_states(w, qd);
+    /* Signals of delays are constant before the start where their states are given. */
+    const int first = kmp_model_coordinates(w->model);
+    for (int k = 0; k < w->model->state_count; k++) {
+        kmp_state *state = &w->model->states[k];
+        if (!is_given(qd, first + k))
+            continue;
+        if (state->before)
+            kmp_log(w->model->context, KEMPE_LOG_WARNING,
+                    "start: the signal of '%s' before the start is constant at its given value, in place of 'before'",
+                    state->name);
+        state->start = (kmp_number){.value = qd[first + k]};
+        state->began = state->delayed;
+        state->before = NULL;
+    }
     KMP_TRY(make_rates(w));
     if (w->a->rates_changed) {
         for (int k = 0; k < kmp_model_coordinates(w->model); k++)

@@ -6,7 +6,6 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
 
@@ -159,23 +158,7 @@ struct kmp_mode_watch {
     char *sign;           /* of each block at the last state where it was known */
 };
 
-/* Lists the rows that can determine each block: they contain its coordinates, and otherwise coordinates of blocks
- * solved before it. */
-static void list_candidates(kmp_mode_watch *w)
-{
-    const int m = w->signs.system->m, blocks = w->signs.block_count;
-    memset(w->begins, 0, (size_t)(blocks + 1) * sizeof *w->begins);
-    for (int i = 0; i < m; i++)
-        if (w->reaches[i] >= 0)
-            w->of[i] = w->begins[w->reaches[i] + 1]++;
-    for (int b = 0; b < blocks; b++)
-        w->begins[b + 1] += w->begins[b];
-    for (int i = 0; i < m; i++)
-        if (w->reaches[i] >= 0)
-            w->candidates[w->begins[w->reaches[i]] + w->of[i]] = i;
-}
-
-/* Notes the entries of J that are not zero. */
+/* Finds the last block whose coordinates each row contains, and the rows of each block. */
 static void find_reaches(kmp_mode_watch *w)
 {
     const kmp_mode_signs *s = &w->signs;
@@ -186,7 +169,18 @@ static void find_reaches(kmp_mode_watch *w)
             !(w->released && w->released[row]))
             w->reaches[row] = b;
     }
-    list_candidates(w);
+    /* The rows that can determine each block: they contain its coordinates, and otherwise coordinates of blocks solved
+     * before it. */
+    const int m = s->system->m, blocks = s->block_count;
+    memset(w->begins, 0, (size_t)(blocks + 1) * sizeof *w->begins);
+    for (int i = 0; i < m; i++)
+        if (w->reaches[i] >= 0)
+            w->of[i] = w->begins[w->reaches[i] + 1]++;
+    for (int b = 0; b < blocks; b++)
+        w->begins[b + 1] += w->begins[b];
+    for (int i = 0; i < m; i++)
+        if (w->reaches[i] >= 0)
+            w->candidates[w->begins[w->reaches[i]] + w->of[i]] = i;
 }
 
 /* True if the kept coordinates are independent ones and determine the others, in blocks that are not too large. */

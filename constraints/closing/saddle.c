@@ -7,7 +7,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
-#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>

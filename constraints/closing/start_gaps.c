@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/start_gaps.h"
-#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/touching.h"
-#include "model/data/closure.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/rope.h"

@@ -92,25 +92,6 @@ bool kmp_settling_is_stable(kmp_settling *x)
     return kmp_cholesky_factor(count, x->even) == 0;
 }
 
-/* Into the assembly. */
-static kempe_status take(const kmp_settling *x, kempe_assembly *a)
-{
-    const kmp_deformation_rows *r = &x->rows;
-    const int n = r->s->n;
-    KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd),
-                                                   KMP_ROOM(bool, n, &a->stays))));
-    for (int k = 0; k < r->part.p; k++)
-        a->stays[r->part.u[k]] = !kmp_model_start(r->s->model)->undeformed[r->part.u[k]];
-    for (int k = 0; k < n; k++) {
-        a->moved[k] += r->q[k] - a->q[k];
-        a->held_q[k] = a->q[k];
-        a->held_qd[k] = a->qd[k];
-        a->q[k] = r->q[k];
-        a->qd[k] = r->qd[k];
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status settle(kmp_settling *x, kempe_assembly *a)
 {
     kempe_context *context = x->rows.s->context;
@@ -125,7 +106,21 @@ static kempe_status settle(kmp_settling *x, kempe_assembly *a)
         kmp_doubt(context,
                   "start: the deformations are in balance with the loads of the start, but not in a stable one: a "
                   "flexible body buckles under less than these");
-    return take(x, a);
+    /* Into the assembly. */
+    const kmp_deformation_rows *r = &x->rows;
+    const int n = r->s->n;
+    KMP_TRY(kmp_made(r->s->context, KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, n, &a->held_q, &a->held_qd),
+                                                   KMP_ROOM(bool, n, &a->stays))));
+    for (int k = 0; k < r->part.p; k++)
+        a->stays[r->part.u[k]] = !kmp_model_start(r->s->model)->undeformed[r->part.u[k]];
+    for (int k = 0; k < n; k++) {
+        a->moved[k] += r->q[k] - a->q[k];
+        a->held_q[k] = a->q[k];
+        a->held_qd[k] = a->qd[k];
+        a->q[k] = r->q[k];
+        a->qd[k] = r->qd[k];
+    }
+    return KEMPE_OK;
 }
 
 kempe_status kmp_static_start(const kempe_system *s, kempe_assembly *a)

@@ -110,18 +110,6 @@ static void add_sets(kmp_examination *x, int k, int most, double tolerance)
     }
 }
 
-/* Sorts sets by first row; sets that are dependent everywhere are already first. */
-static void sort_sets(kmp_dependent *sets, int count)
-{
-    for (int i = 1; i < count; i++) {
-        kmp_dependent moved = sets[i];
-        int k = i;
-        for (; k > 0 && moved.always == sets[k - 1].always && moved.rows[0] < sets[k - 1].rows[0]; k--)
-            sets[k] = sets[k - 1];
-        sets[k] = moved;
-    }
-}
-
 /* Sets that are dependent everywhere come from a random configuration: here coefficients may vanish by chance. */
 void kmp_diagnosis_dependents(kmp_examination *x)
 {
@@ -135,7 +123,15 @@ void kmp_diagnosis_dependents(kmp_examination *x)
     add_sets(x, 0, all - d->set_count, kmp_rounding_zero(x->system, KMP_RANK));
     if (x->arena->failed)
         return;
-    sort_sets(d->sets, d->set_count);
+    /* Sorts sets by first row; sets that are dependent everywhere are already first. */
+    kmp_dependent *sets = d->sets;
+    for (int i = 1; i < d->set_count; i++) {
+        kmp_dependent moved = sets[i];
+        int k = i;
+        for (; k > 0 && moved.always == sets[k - 1].always && moved.rows[0] < sets[k - 1].rows[0]; k--)
+            sets[k] = sets[k - 1];
+        sets[k] = moved;
+    }
     /* The rows of all sets. */
     d->shared_rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
     for (int r = 0; d->shared_rows && r < x->system->m; r++) {

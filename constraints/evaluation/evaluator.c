@@ -15,11 +15,9 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/evaluation/validity.h"
-#include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
-#include "model/data/output_table.h"
 #include "model/data/state.h"
 #include <kempe/kempe.h>
 #include <math.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/state_ends.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"

@@ -180,23 +180,6 @@ static void add_effort(gather *g)
         kmp_listing_place(&g->list, k < n ? KMP_POWER_Q : KMP_POWER_QD, 0, k % n, source++);
 }
 
-static void add_mass_and_jacobian(gather *g)
-{
-    int n = g->eq.n;
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k <= i; k++) {
-            if (g->eq.dynamics.mass[i * n + k] == KMP_ZERO)
-                continue;
-            int source = kmp_listing_add(&g->list, g->eq.dynamics.mass[i * n + k]);
-            kmp_listing_place(&g->list, KMP_M, i, k, source);
-            if (i != k)
-                kmp_listing_place(&g->list, KMP_M, k, i, source);
-        }
-    for (int r = 0; r < g->eq.m; r++)
-        for (int k = 0; k < n; k++)
-            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.closures.jacobian[r * n + k]);
-}
-
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
     g->given = g->eq.dynamics.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
@@ -221,7 +204,19 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
     for (int k = 0; k < g->eq.n && ok; k++)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
     kmp_partials_free(partials);
-    add_mass_and_jacobian(g);
+    int n = g->eq.n;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k <= i; k++) {
+            if (g->eq.dynamics.mass[i * n + k] == KMP_ZERO)
+                continue;
+            int source = kmp_listing_add(&g->list, g->eq.dynamics.mass[i * n + k]);
+            kmp_listing_place(&g->list, KMP_M, i, k, source);
+            if (i != k)
+                kmp_listing_place(&g->list, KMP_M, k, i, source);
+        }
+    for (int r = 0; r < g->eq.m; r++)
+        for (int k = 0; k < n; k++)
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.closures.jacobian[r * n + k]);
     ok = ok && add_loads(g, system);
     add_matrices(g);
     add_effort(g);

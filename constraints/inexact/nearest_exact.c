@@ -3,7 +3,6 @@
  * mechanism in which they are exactly so, and derive its equations; or take the closures as written where rounding does
  * not explain their gaps. */
 #include "constraints/inexact/nearest_exact.h"
-#include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/closing/rounding.h"

@@ -21,9 +21,13 @@ kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v
     return kmp_body_vector_back(tree, kmp_model_common_body(tree->model, p->body, q->body), v);
 }
 
-/* Vectors a and b across a unit vector e: coordinate axes when e is one. */
-static void across(const double e[3], double a[3], double b[3])
+/* e, a, b on the body of point `side` (0 or 1), axes of the frame. */
+static void axes_of(const kmp_tree *tree, const kmp_closure *closure, int side, kmp_vec axes[3])
 {
+    double a[3], b[3];
+    int frame = kmp_part_frame(tree, closure), point = closure->point[side];
+    /* Vectors a and b across a unit vector e: coordinate axes when e is one. */
+    const double *e = closure->axis[side];
     int k = fabs(e[2]) >= fabs(e[0]) && fabs(e[2]) >= fabs(e[1]) ? 2 : fabs(e[1]) >= fabs(e[0]) ? 1 : 0;
     int i = (k + 1) % 3, j = (k + 2) % 3;
     double length = sqrt(e[k] * e[k] + e[i] * e[i]);
@@ -32,14 +36,6 @@ static void across(const double e[3], double a[3], double b[3])
     a[j] = 0;
     for (int n = 0; n < 3; n++)
         b[n] = e[(n + 1) % 3] * a[(n + 2) % 3] - e[(n + 2) % 3] * a[(n + 1) % 3] + 0.0;
-}
-
-/* e, a, b on the body of point `side` (0 or 1), axes of the frame. */
-static void axes_of(const kmp_tree *tree, const kmp_closure *closure, int side, kmp_vec axes[3])
-{
-    double a[3], b[3];
-    int frame = kmp_part_frame(tree, closure), point = closure->point[side];
-    across(closure->axis[side], a, b);
     axes[0] = kmp_point_direction(tree, point, closure->axis[side], frame);
     axes[1] = kmp_point_direction(tree, point, a, frame);
     axes[2] = kmp_point_direction(tree, point, b, frame);

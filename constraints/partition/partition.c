@@ -8,7 +8,6 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/coordinate_exchange.h"
-#include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include "model/data/body.h"
 #include "model/data/state.h"

@@ -7,7 +7,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/model.h"
 #include <float.h>

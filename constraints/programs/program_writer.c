@@ -7,7 +7,6 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
-#include "linalg/dense/dense.h"
 #include "symbolic/contraction.h"
 #include "symbolic/function_table.h"
 #include "symbolic/ops.h"
@@ -112,21 +111,6 @@ bool kmp_writer_take_rates(kmp_program_writer *w, const kmp_partition *part, con
     for (int i = 0; i < part->r; i++)
         w->by[w->named + 2 * (part->p + i) + 1] = rate[i];
     return kmp_writer_import(w);
-}
-
-/* Adds corrections (r) to v of such a state: later imports take the corrected state. */
-static bool writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv)
-{
-    w->at = KMP_ARENA_NEW(&w->arena, kmp_ref, w->inputs);
-    w->turns.angle = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->code[w->source->stages]);
-    if (!w->at || !w->turns.angle)
-        return false;
-    memcpy(w->at, w->by, (size_t)w->inputs * sizeof *w->at);
-    for (int i = 0; i < part->r; i++) {
-        kmp_ref *v = &w->by[w->named + 2 * (part->p + i)];
-        *v = kmp_add(w->g, *v, dv[i]);
-    }
-    return true;
 }
 
 /* The first stages, 0: all, into `out`. */
@@ -550,7 +534,17 @@ bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv)
     for (int number = kmp_block_count(k.red->block); number-- > 0;)
         kmp_writer_blocks_factor(&k, number);
     kmp_writer_blocks_correct(&k, w->h, room, dv);
-    return writer_correct(w, k.red->part, dv);
+    /* Later imports take the corrected state. */
+    w->at = KMP_ARENA_NEW(&w->arena, kmp_ref, w->inputs);
+    w->turns.angle = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->code[w->source->stages]);
+    if (!w->at || !w->turns.angle)
+        return false;
+    memcpy(w->at, w->by, (size_t)w->inputs * sizeof *w->at);
+    for (int i = 0; i < k.red->part->r; i++) {
+        kmp_ref *v = &w->by[w->named + 2 * (k.red->part->p + i)];
+        *v = kmp_add(w->g, *v, dv[i]);
+    }
+    return true;
 }
 
 kmp_ref kmp_writer_blocks_excess(const kmp_writer_blocks *k)

@@ -12,7 +12,6 @@
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/motion.h"
-#include "model/data/run_settings.h"
 #include "model/data/state.h"
 #include "symbolic/contraction.h"
 #include <float.h>

@@ -17,7 +17,6 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
-#include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>
@@ -51,14 +50,12 @@ kempe_status kmp_workspace_require_decisions(kempe_workspace *ws, const char *wh
 {
     const kempe_model *model = ws->system->model;
     for (int k = 0; !ws->friction.self && k < kmp_model_force_count(model); k++)
-        if (kmp_model_force(model, k)->kind == KMP_FORCE_TOUCH) {
-            (void)kmp_workspace_fail(
+        if (kmp_model_force(model, k)->kind == KMP_FORCE_TOUCH)
+            return KMP_WORKSPACE_REFUSE(
                 ws,
                 "%s: contact '%s' opens and closes, which is unknown at a state: make the workspace with "
                 "friction that sticks (stick), which evaluates contacts, too",
                 what, kmp_model_force(model, k)->name);
-            return KEMPE_E_ARGUMENT;
-        }
     return KEMPE_OK;
 }
 
@@ -73,8 +70,7 @@ kempe_status kmp_workspace_check_time(kempe_workspace *ws, double t)
 {
     if (isfinite(t))
         return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "the time t is %g: give a finite number of seconds", t);
-    return KEMPE_E_ARGUMENT;
+    return KMP_WORKSPACE_REFUSE(ws, "the time t is %g: give a finite number of seconds", t);
 }
 
 const char *kmp_workspace_coordinate_name(const kempe_workspace *ws, int entry)
@@ -100,8 +96,7 @@ kempe_status kmp_workspace_check_finite(kempe_workspace *ws, const char *what, k
         entry++;
     if (!x || entry >= count)
         return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "%s '%s' is %g: give a finite number", what, name(ws, entry), x[entry]);
-    return KEMPE_E_ARGUMENT;
+    return KMP_WORKSPACE_REFUSE(ws, "%s '%s' is %g: give a finite number", what, name(ws, entry), x[entry]);
 }
 
 /* -- new and free ------------------------------------------------------------------------------------ */
@@ -177,10 +172,8 @@ kempe_status kempe_workspace_set_input(kempe_workspace *ws, int input, double t,
     const double values[3] = {value, rate, acceleration};
     int first;
     KMP_WANTED(NULL, ws, "workspace");
-    if (input < 0 || input >= ws->eval->inputs.count || !isfinite(t + value + rate + acceleration)) {
-        (void)kmp_workspace_fail(ws, "there is no input %d, or its value is not finite", input);
-        return KEMPE_E_ARGUMENT;
-    }
+    if (input < 0 || input >= ws->eval->inputs.count || !isfinite(t + value + rate + acceleration))
+        return KMP_WORKSPACE_REFUSE(ws, "there is no input %d, or its value is not finite", input);
     kmp_present_inputs_give(&ws->eval->inputs, input, t, values);
     (void)kmp_present_inputs_enter(&ws->eval->inputs, t, &first);
     ws->stale = true;
@@ -286,12 +279,10 @@ kempe_status kempe_workspace_keep_modes(kempe_workspace *ws, const kempe_workspa
     if (!of || !friction->self)
         return KEMPE_OK;
     const bool same = of->system == ws->system && of->friction.self;
-    if (!same || !of->friction.decided) {
-        (void)kmp_workspace_fail(ws, same
-                                         ? "there are no modes of friction and contacts to keep: evaluate a state first"
+    if (!same || !of->friction.decided)
+        return KMP_WORKSPACE_REFUSE(ws,
+                                    same ? "there are no modes of friction and contacts to keep: evaluate a state first"
                                          : "the other workspace has no modes of friction and contacts of this system");
-        return KEMPE_E_ARGUMENT;
-    }
     if (of != ws)
         memcpy(friction->mode, of->friction.mode, (size_t)ws->system->events.count * sizeof *friction->mode);
     friction->kept = true;
@@ -683,6 +674,7 @@ typedef struct state_rows {
     size_t step;                     /* of t */
     const kempe_workspace_rows *out; /* NULL: accelerations are wanted */
     double *qdd, *lambda;
+    bool lanes;
 } state_rows;
 
 /* -- preparation ------------------------------------------------------------------------------------- */
@@ -756,18 +748,13 @@ static void put_values(double *rows, int width, size_t state, const double *valu
         memcpy(rows + state * (size_t)width, values, (size_t)width * sizeof *rows);
 }
 
-static double *row_of(const double *rows, int width, size_t state)
-{
-    return rows ? (double *)rows + state * (size_t)width : NULL;
-}
-
 /* Results of a state whose values the evaluator has. */
 static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t state)
 {
     if (!in->out) {
         bool reduced;
-        KMP_TRY(kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), &reduced));
-        put_forces(ws, row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+        KMP_TRY(kmp_workspace_accelerate(ws, kmp_row_at(in->Q, ws->n, (int)state), &reduced));
+        put_forces(ws, kmp_row_at(in->qdd, ws->n, (int)state), kmp_row_at(in->lambda, ws->m, (int)state));
         return KEMPE_OK;
     }
     /* Writes the rows of a state from the evaluator. */
@@ -813,12 +800,12 @@ void kmp_workspace_take_lane(kempe_workspace *ws, const double *q, const double 
 /* A state in a lane after `run`. The workspace keeps it if it ends the call. */
 static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_t state, int lane, bool last)
 {
-    const double *q = row_of(in->q, ws->n, state);
+    const double *q = kmp_row_at(in->q, ws->n, (int)state);
     double t = ws->many.t[lane];
     lend_lane(ws, q, lane);
     ws->message[0] = '\0';
     if (last || !in->out)
-        workspace_keep_state(ws, t, q, row_of(in->qd, ws->n, state));
+        workspace_keep_state(ws, t, q, kmp_row_at(in->qd, ws->n, (int)state));
     kempe_status status = finish(ws, in, state);
     if (last || status != KEMPE_OK) {
         workspace_copy(ws);
@@ -831,8 +818,7 @@ kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count)
 {
     if (count >= 0)
         return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "the number of states is %d: at least 0 is expected", count);
-    return KEMPE_E_ARGUMENT;
+    return KMP_WORKSPACE_REFUSE(ws, "the number of states is %d: at least 0 is expected", count);
 }
 
 bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int count, const char *of)
@@ -843,59 +829,66 @@ bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int c
     return true;
 }
 
-static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
+kempe_status kmp_workspace_visit(kempe_workspace *ws, int count, kmp_state_visit *visit, const void *self, int *failed)
 {
+    const bool before = kmp_interrupt_taken(ws->system->context);
     kempe_status status = KEMPE_OK;
-    int done = 0;
-    KMP_TRY(kmp_workspace_check_count(ws, count));
+    int k = 0, done;
     ws->message[0] = '\0';
     ws->visits = true;
-    const bool before = kmp_interrupt_taken(ws->system->context);
-    while (status == KEMPE_OK && done < count) {
-        if (kmp_workspace_interrupted(ws, before, done, count, "states")) {
-            status = KEMPE_STOPPED;
-            break;
-        }
-        int group = lanes && count - done >= W && run_lanes(ws, in, (size_t)done) ? W : 0;
-        for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
-            status = finish_lane(ws, in, (size_t)done, l, done + 1 == count);
-        if (group > 0)
-            continue;
-        const size_t state = (size_t)done++;
-        const double *q = row_of(in->q, ws->n, state), *qd = row_of(in->qd, ws->n, state), at = in->t[state * in->step];
-        if (!in->out)
-            status = kempe_workspace_forward_dynamics(ws, at, q, qd, row_of(in->Q, ws->n, state),
-                                                      row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
-        else if ((status = kempe_workspace_evaluate(ws, at, q, qd)) == KEMPE_OK)
-            status = finish(ws, in, state);
+    for (; status == KEMPE_OK && k < count; k += status == KEMPE_OK ? done : done - 1) {
+        done = 1;
+        status = kmp_workspace_interrupted(ws, before, k, count, "states") ? KEMPE_STOPPED
+                                                                           : visit(ws, self, k, count, &done);
     }
     ws->visits = false;
     if (failed)
-        *failed = status == KEMPE_OK ? -1 : status == KEMPE_STOPPED ? done : done - 1;
+        *failed = status == KEMPE_OK ? -1 : k;
     return status;
+}
+
+static kempe_status visit_state(kempe_workspace *ws, const void *self, int k, int count, int *done)
+{
+    const state_rows *in = self;
+    const size_t state = (size_t)k;
+    if (in->lanes && count - k >= W && run_lanes(ws, in, state)) {
+        kempe_status status = KEMPE_OK;
+        for (*done = 0; *done < W && status == KEMPE_OK; ++*done)
+            status = finish_lane(ws, in, state + (size_t)*done, *done, k + *done + 1 == count);
+        return status;
+    }
+    const double *q = kmp_row_at(in->q, ws->n, k), *qd = kmp_row_at(in->qd, ws->n, k), at = in->t[state * in->step];
+    if (!in->out)
+        return kempe_workspace_forward_dynamics(ws, at, q, qd, kmp_row_at(in->Q, ws->n, k),
+                                                kmp_row_at(in->qdd, ws->n, k), kmp_row_at(in->lambda, ws->m, k));
+    KMP_TRY(kempe_workspace_evaluate(ws, at, q, qd));
+    return finish(ws, in, state);
 }
 
 kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, const double *t, int t_step,
                                              const double *q, const double *qd, const kempe_workspace_rows *rows,
                                              int *failed)
 {
-    const state_rows in = {.t = t, .q = q, .qd = qd, .step = t_step != 0, .out = rows};
+    state_rows in = {.t = t, .q = q, .qd = qd, .step = t_step != 0, .out = rows};
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
-    return visit_states(ws, &in, kmp_workspace_by_lanes(ws, count), count, failed);
+    in.lanes = kmp_workspace_by_lanes(ws, count);
+    KMP_TRY(kmp_workspace_check_count(ws, count));
+    return kmp_workspace_visit(ws, count, visit_state, &in, failed);
 }
 
 kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, const double *t, int t_step,
                                             const double *q, const double *qd, const double *Q, double *qdd,
                                             double *lambda, int *failed)
 {
-    const state_rows in = {.t = t, .q = q, .qd = qd, .Q = Q, .step = t_step != 0, .qdd = qdd, .lambda = lambda};
+    state_rows in = {.t = t, .q = q, .qd = qd, .Q = Q, .step = t_step != 0, .qdd = qdd, .lambda = lambda};
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
-    bool lanes = !ws->by_bodies && kmp_workspace_by_lanes(ws, count) &&
-                 kmp_workspace_require_decisions(ws, "forward dynamics") == KEMPE_OK;
-    return visit_states(ws, &in, lanes, count, failed);
+    in.lanes = !ws->by_bodies && kmp_workspace_by_lanes(ws, count) &&
+               kmp_workspace_require_decisions(ws, "forward dynamics") == KEMPE_OK;
+    KMP_TRY(kmp_workspace_check_count(ws, count));
+    return kmp_workspace_visit(ws, count, visit_state, &in, failed);
 }

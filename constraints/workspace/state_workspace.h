@@ -68,6 +68,9 @@ struct kempe_workspace {
 /** Sets the message. KEMPE_E_FAILED. */
 kempe_status kmp_workspace_fail(kempe_workspace *ws, const char *sentence, ...) __attribute__((format(printf, 2, 3)));
 
+/** Sets the message of an argument that is refused. KEMPE_E_ARGUMENT. */
+#define KMP_WORKSPACE_REFUSE(ws, ...) ((void)kmp_workspace_fail(ws, __VA_ARGS__), KEMPE_E_ARGUMENT)
+
 /** Reports a NULL argument; false: it is NULL. */
 bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument);
 
@@ -103,9 +106,17 @@ kempe_status kmp_workspace_require_closed_position(kempe_workspace *ws, const ch
 /** Refuses a negative number of states, in the message. KEMPE_E_ARGUMENT. */
 kempe_status kmp_workspace_check_count(kempe_workspace *ws, int count);
 
-/** For a call that goes through `count` states: true, with a message, if it is to end after `done` of them, because the
+/** For a call that goes through `count` steps: true, with a message, if it is to end after `done` of them, because the
  * context was interrupted since; `before`: kmp_interrupt_taken at the begin of the call. */
 bool kmp_workspace_interrupted(kempe_workspace *ws, bool before, int done, int count, const char *of);
+
+/** Evaluates state k of `count`, or a group from k on: *done, 1 before the call, is the number of states that it has
+ * dealt with, the last of which fails where an error is returned. */
+typedef kempe_status kmp_state_visit(kempe_workspace *ws, const void *self, int k, int count, int *done);
+
+/** Visits all states until one fails or the context is interrupted (KEMPE_STOPPED). *failed (may be NULL): the number
+ * of the first state without results, -1: none. */
+kempe_status kmp_workspace_visit(kempe_workspace *ws, int count, kmp_state_visit *visit, const void *self, int *failed);
 
 /** Accelerations and multipliers into `answer`, with the factors of `red` (*reduced: true) or of `saddle` at the state.
  * Articulated bodies are not used. KEMPE_E_FAILED. */

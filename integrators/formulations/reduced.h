@@ -7,7 +7,6 @@
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
-#include "model/data/force.h"
 
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };

@@ -4,7 +4,6 @@
  * pieces. */
 #include "integrators/formulations/reduced_jacobian.h"
 #include "base/memory.h"
-#include "linalg/dense/dot.h"
 #include <string.h>
 
 /* -- the Jacobian ------------------------------------------------------------------------------------ */

@@ -5,7 +5,6 @@
 #pragma once
 
 #include "integrators/formulations/reduced.h"
-#include "model/data/force.h"
 
 /** Keeps the programs of the present choice of u, which is about to change, for its return. false: no memory. */
 bool kmp_reduced_keep(kmp_reduced *d);

@@ -146,21 +146,6 @@ static double advance(int width, int count, int stages, const double *weight, co
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-static int evaluate_each(kmp_collocation *s, int count)
-{
-    size_t w = (size_t)s->w, n = (size_t)s->n;
-    for (size_t l = 0; l < (size_t)count; l++) {
-        for (size_t k = 0; k < n; k++)
-            s->trial[k] = s->stage[k * w + l];
-        int said = s->base.ode.rhs(s->base.ode.self, s->lanes.at[l], s->trial, s->slope);
-        if (said != KMP_GO)
-            return said;
-        for (size_t k = 0; k < n; k++)
-            s->f[k * w + l] = s->slope[k];
-    }
-    return KMP_GO;
-}
-
 int kmp_collocation_evaluate(kmp_collocation *s, int count)
 {
     const kmp_ode *ode = &s->base.ode;
@@ -171,7 +156,17 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
     if (said != KMP_APART)
         return said;
     s->base.cycles += lanes ? (count - 1) * ode->cycles : 0;
-    return evaluate_each(s, count);
+    size_t w = (size_t)s->w, n = (size_t)s->n;
+    for (size_t l = 0; l < (size_t)count; l++) {
+        for (size_t k = 0; k < n; k++)
+            s->trial[k] = s->stage[k * w + l];
+        said = ode->rhs(ode->self, s->lanes.at[l], s->trial, s->slope);
+        if (said != KMP_GO)
+            return said;
+        for (size_t k = 0; k < n; k++)
+            s->f[k * w + l] = s->slope[k];
+    }
+    return KMP_GO;
 }
 
 /* Improves f for s->stage, at places near the places of the last kmp_collocation_evaluate, or evaluates it. */

@@ -139,20 +139,6 @@ static void integrate(kmp_collocation_table *table)
                 table->aa[i][j] += table->a[i][k] * table->a[k][j];
 }
 
-static void expand(kmp_collocation_table *table)
-{
-    int s = table->stages;
-    double p[S + 1] = {0}, value[S + 1] = {0};
-    find_barycentric(s + 1, table->node, table->barycentric);
-    for (int g = 0; g < GAUSS; g++) {
-        legendre(s, GAUSS_NODE[g], p);
-        kmp_collocation_weights(table, 1, &GAUSS_NODE[g], value);
-        for (int i = 0; i <= s; i++)
-            for (int j = 0; j <= s; j++)
-                table->legendre[i][j] += (2 * i + 1) * GAUSS_WEIGHT[g] * p[i] * value[j];
-    }
-}
-
 /* Coefficients of prod (x - c[i]), by powers of x. */
 static void find_product(const kmp_collocation_table *table, double *m)
 {
@@ -170,7 +156,16 @@ void kmp_collocation_make(kmp_collocation_table *table, int stages)
     for (int i = 0; i <= stages; i++)
         table->centre += table->node[i] / (stages + 1);
     integrate(table);
-    expand(table);
+    int s = table->stages;
+    double p[S + 1] = {0}, value[S + 1] = {0};
+    find_barycentric(s + 1, table->node, table->barycentric);
+    for (int g = 0; g < GAUSS; g++) {
+        legendre(s, GAUSS_NODE[g], p);
+        kmp_collocation_weights(table, 1, &GAUSS_NODE[g], value);
+        for (int i = 0; i <= s; i++)
+            for (int j = 0; j <= s; j++)
+                table->legendre[i][j] += (2 * i + 1) * GAUSS_WEIGHT[g] * p[i] * value[j];
+    }
     for (int j = 0; j < stages; j++) {
         double *end = table->end[j];
         end[KMP_END_ONCE] = table->a[stages - 1][j];

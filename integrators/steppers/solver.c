@@ -5,7 +5,6 @@
 #include "integrators/steppers/solver.h"
 #include "base/memory.h"
 #include "integrators/decide/run_start.h"
-#include "integrators/decide/step_control.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -342,13 +342,6 @@ double kmp_time_scales_shortest(const kempe_model *model)
 
 double kmp_time_scales_end(const kmp_time_scales *scales, double t)
 {
-    int low = 0, high = scales->count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (scales->end[middle] > t)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low < scales->count ? scales->end[low] : INFINITY;
+    const int next = kmp_ordered_last(scales->end, -1, scales->count, t) + 1;
+    return next < scales->count ? scales->end[next] : INFINITY;
 }

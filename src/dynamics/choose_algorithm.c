@@ -158,24 +158,6 @@ static double cost_by_mass(const kempe_system *s)
     return operations_of(s->motion) + cost_of_solves(s);
 }
 
-/* The link before each motion's: the depth of the motion before it on its body, or of the body that carries it; 0: the
- * ground.
- */
-static void list_parents(const kempe_model *model, int *parent)
-{
-    for (int b = 1; b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
-        int from = body->parent;
-        while (from > 0 && model->bodies[from].motion_count == 0)
-            from = model->bodies[from].parent;
-        const kmp_body *carrier = &model->bodies[from];
-        for (int k = 0; k < body->motion_count; k++)
-            parent[body->first_motion + k + 1] = k > 0      ? body->first_motion + k
-                                                 : from > 0 ? carrier->first_motion + carrier->motion_count
-                                                            : 0;
-    }
-}
-
 static int common(const int *parent, int i, int j)
 {
     while (i != j) /* a parent has the smaller number */
@@ -222,7 +204,20 @@ static bool find_carried(carried_sets *c, const kempe_system *s)
                         KMP_ROOM(uint64_t, (size_t)(s->n + 1) * words, &c->open),
                         KMP_ROOM(uint64_t, (size_t)s->m * words, &c->coupled)))
         return false;
-    list_parents(s->model, c->parent);
+    /* The link before each motion's: the depth of the motion before it on its body, or of the body that carries it; 0:
+     * the ground. */
+    const kempe_model *model = s->model;
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        int from = body->parent;
+        while (from > 0 && model->bodies[from].motion_count == 0)
+            from = model->bodies[from].parent;
+        const kmp_body *carrier = &model->bodies[from];
+        for (int k = 0; k < body->motion_count; k++)
+            c->parent[body->first_motion + k + 1] = k > 0      ? body->first_motion + k
+                                                    : from > 0 ? carrier->first_motion + carrier->motion_count
+                                                               : 0;
+    }
     for (int e = 0, end; e < j->count; e = end) { /* row by row */
         const int row = j->row[e], word = row / 64;
         const uint64_t bit = (uint64_t)1 << (row % 64);

@@ -2,7 +2,6 @@
 /* Derives h, J, h_t, their rates and jdqd of all closures by differentiation in the graph. A row without coordinates is
  * dropped if it is zero, and otherwise an error. Multipliers are numbered by the remaining rows. */
 #include "dynamics/closures.h"
-#include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/cam_contact.h"

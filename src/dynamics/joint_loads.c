@@ -209,38 +209,6 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
         add_closure_rows(moved, own < end && (any == last || *own < *any) ? *own++ : *any++, a);
 }
 
-/* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
-static void add_elements(const kmp_joint_loads *loads, const kmp_tree *moved, acting *a)
-{
-    for (int i = 0; i < loads->element_count; i++) {
-        const kmp_force *force = &moved->model->forces[loads->element[i]];
-        kmp_ref of = KMP_ZERO;
-        if (force->kind == KMP_FORCE_TOUCH)
-            of = kmp_touching_gap(moved, &force->touch);
-        else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) /* a rate (add_rates) */
-            of = KMP_ZERO;
-        add_acting(a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
-    }
-}
-
-/* Lists forces along rates: compliant contacts and films, and friction that rolls along no length. */
-static void list_rates(const kmp_joint_loads *loads, const kmp_tree *moved, acting *a)
-{
-    const kempe_model *model = moved->model;
-    for (int i = 0; i < loads->pressing_count; i++) {
-        kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES];
-        const int count = kmp_compliant_forces(moved, &model->forces[loads->pressing[i]], against, unused);
-        for (int c = 0; c < count; c++)
-            add_acting(a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * i + c]));
-    }
-    for (int i = 0; i < loads->element_count; i++) {
-        const kmp_force *force = &model->forces[loads->element[i]];
-        kmp_ref of;
-        if (force->kind == KMP_FORCE_FRICTION && kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD)
-            add_acting(a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
-    }
-}
-
 enum { BOTH = 2 * VIRTUAL }; /* displacements, then their rates */
 
 /* Adds the generalized forces along the last VIRTUAL of `count` displacements, at zero of all. */
@@ -267,7 +235,20 @@ static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_r
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     if (!slope || !a.of || !a.force)
         return;
-    list_rates(loads, moved, &a);
+    /* Forces along rates: compliant contacts and films, and friction that rolls along no length. */
+    const kempe_model *model = moved->model;
+    for (int i = 0; i < loads->pressing_count; i++) {
+        kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES];
+        const int count = kmp_compliant_forces(moved, &model->forces[loads->pressing[i]], against, unused);
+        for (int c = 0; c < count; c++)
+            add_acting(&a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * i + c]));
+    }
+    for (int i = 0; i < loads->element_count; i++) {
+        const kmp_force *force = &model->forces[loads->element[i]];
+        kmp_ref of;
+        if (force->kind == KMP_FORCE_FRICTION && kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD)
+            add_acting(&a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
+    }
     add_virtual(g, &a, BOTH, slope, generalized);
 }
 
@@ -320,7 +301,16 @@ static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_
     if (!slope || !a.of || !a.force)
         return;
     add_rows(loads, moved, across, &a);
-    add_elements(loads, moved, &a);
+    /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
+    for (int i = 0; i < loads->element_count; i++) {
+        const kmp_force *force = &moved->model->forces[loads->element[i]];
+        kmp_ref of = KMP_ZERO;
+        if (force->kind == KMP_FORCE_TOUCH)
+            of = kmp_touching_gap(moved, &force->touch);
+        else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) /* a rate (add_rates) */
+            of = KMP_ZERO;
+        add_acting(&a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
+    }
     for (int k = 0; k < VIRTUAL; k++)
         generalized[k] = KMP_ZERO;
     add_virtual(g, &a, VIRTUAL, slope, generalized);

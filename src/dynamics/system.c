@@ -2,7 +2,6 @@
 /* From a model to the programs of the formulations. */
 #include "dynamics/system.h"
 #include "base/arena.h"
-#include "base/cache/digest.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"

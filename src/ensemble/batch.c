@@ -4,7 +4,6 @@
 #include "analyses/parts/study_print.h"
 #include "backend/lanes.h"
 #include "base/memory.h"
-#include "constraints/tolerances.h"
 #include "ensemble/instance_table.h"
 #include "ensemble/mechanisms.h"
 #include "ensemble/quantity_words.h"
@@ -502,17 +501,6 @@ static void put_reasons(const kempe_ensemble_result *b, const char *reason_of(co
     }
 }
 
-static void put_run(const kempe_ensemble_result *b, kmp_text *text)
-{
-    kmp_text_printf(text, "run       0 to %.6g s, rtol %g, atol %g; %.3g ms per instance, %.2g s on %d thread%s\n",
-                    b->t_end, b->rtol, b->atol, b->count > 0 ? 1e3 * b->work.cpu_s / b->count : 0.0, b->work.wall_s,
-                    b->work.threads, b->work.threads == 1 ? "" : "s");
-    if (b->work.lane_steps == 0)
-        kmp_text_put(text, "          every instance separately\n");
-    put_reasons(b, alone_of, "separately", text);
-    put_reasons(b, apart_of, "in part separately", text);
-}
-
 /* The instance with the largest difference relative to its limit, or with an incomplete second run, and its
  * coordinate. */
 static void put_repeat(const kempe_ensemble_result *b, kmp_text *text)
@@ -580,7 +568,13 @@ static void put_text(kmp_text *text, const void *result)
         put_repeat(b, text);
         kmp_instances_put_accuracy(text, text->length > head ? "" : "accuracy", &sums);
         kmp_instances_put_measured(text, s.table, b->first);
-        put_run(b, text);
+        kmp_text_printf(text, "run       0 to %.6g s, rtol %g, atol %g; %.3g ms per instance, %.2g s on %d thread%s\n",
+                        b->t_end, b->rtol, b->atol, b->count > 0 ? 1e3 * b->work.cpu_s / b->count : 0.0, b->work.wall_s,
+                        b->work.threads, b->work.threads == 1 ? "" : "s");
+        if (b->work.lane_steps == 0)
+            kmp_text_put(text, "          every instance separately\n");
+        put_reasons(b, alone_of, "separately", text);
+        put_reasons(b, apart_of, "in part separately", text);
         kmp_instances_put_statistics(text, s.statistics);
     } else {
         text->failed = true;

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Many instances advanced by the caller (kempe/ensemble_stepper.h). Each part of them has a separate engine, whose
  * lanes make the steps; a stepper makes a step that lanes cannot make. Threads share the parts. */
-#include "backend/lanes.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
-#include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
 #include "ensemble/batch.h"
 #include "ensemble/lanes/ensemble_engine.h"

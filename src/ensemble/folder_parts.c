@@ -2,7 +2,6 @@
 /* The parts of a result folder: read, checked, and put together. */
 #include "ensemble/folder_parts.h"
 #include "base/file.h"
-#include "base/memory.h"
 #include "ensemble/lasting_files.h"
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
@@ -11,7 +10,6 @@
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"
 #include "model/data/model.h"
-#include "output/print.h"
 #include "output/result_table.h"
 #include <stdio.h>
 #include <string.h>

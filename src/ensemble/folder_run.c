@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/thread_pool.h"
 #include "ensemble/histories.h"
 #include "ensemble/lasting_files.h"
 #include "ensemble/manifest.h"
@@ -544,13 +543,6 @@ static kempe_status try_part(folder_run *r, int part, bool *fresh)
 
 /* -- all parts --------------------------------------------------------------------------------------- */
 
-static void begin(folder_run *r)
-{
-    const kempe_folder *f = r->folder;
-    for (int k = f->first; k < f->parts; k += f->step)
-        r->total += kmp_folder_part_size(f, k);
-}
-
 static void end(folder_run *r)
 {
     kempe_folder *f = r->folder;
@@ -569,10 +561,11 @@ static kempe_status run_folder(folder_run *r)
     r->folder->ran = true;
     r->done = KMP_NEW(bool, r->folder->parts);
     KMP_TRY(kmp_made(r->context, r->done));
-    begin(r);
+    const kempe_folder *f = r->folder;
+    for (int k = f->first; k < f->parts; k += f->step)
+        r->total += kmp_folder_part_size(f, k);
     KMP_TRY(claims_new(r->context, r->folder->path, &r->claims));
     /* Parts of other processes are tried again as long as there is progress: their owners may have ended. */
-    const kempe_folder *f = r->folder;
     kempe_status status = KEMPE_OK;
     for (bool fresh = true; fresh && status == KEMPE_OK;) {
         fresh = false;

@@ -2,7 +2,6 @@
 /* Time histories of chosen instances of an ensemble: each is the table of a separate run, as `kempe simulate --from`
  * makes it. So its rows depend only on the instance, not on threads, parts or lanes. */
 #include "ensemble/histories.h"
-#include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/result_folder.h"

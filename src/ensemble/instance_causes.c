@@ -40,23 +40,19 @@ static kmp_instance_cause *find(kmp_instance_causes *causes, kempe_outcome outco
     return NULL;
 }
 
-/* ", crank = 0.3 m" */
-static void put_value(kmp_text *text, const kempe_table *t, int row, int column)
-{
-    const kempe_context *context = kmp_table_context(t);
-    kmp_text_printf(text, ", %s = ", kmp_value_name(kempe_table_column_name(t, column)));
-    kmp_print_quantity(text, context, 6, kempe_table_number(t, row, column),
-                       kmp_print_unknown(context, kempe_table_unit(t, column)));
-}
-
 /* The values of an instance: the columns before `end`, the first ones of many. */
 static const char *keep_values(kmp_instance_causes *causes, const kempe_table *t, int row, int end)
 {
     enum { NAMED = 4 };
     kmp_text text = {0};
     kmp_text_put(&text, "");
-    for (int c = 0; c < end && c < NAMED; c++)
-        put_value(&text, t, row, c);
+    for (int c = 0; c < end && c < NAMED; c++) {
+        /* ", crank = 0.3 m" */
+        const kempe_context *context = kmp_table_context(t);
+        kmp_text_printf(&text, ", %s = ", kmp_value_name(kempe_table_column_name(t, c)));
+        kmp_print_quantity(&text, context, 6, kempe_table_number(t, row, c),
+                           kmp_print_unknown(context, kempe_table_unit(t, c)));
+    }
     kmp_text_put(&text, end > NAMED ? ", .." : "");
     return kmp_text_keep(&text, &causes->arena);
 }

@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "base/text.h"
 #include "constraints/tolerances.h"
-#include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/kempe.h>

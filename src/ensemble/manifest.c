@@ -5,7 +5,6 @@
 #include "base/cache/digest.h"
 #include "base/file.h"
 #include "base/json.h"
-#include "base/memory.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "model/data/model.h"
@@ -61,25 +60,6 @@ static kempe_status hash_equations(const kempe_system *system, hash out)
     kempe_text_free(text);
     end_hash(&digest, out);
     return KEMPE_OK;
-}
-
-/* Names, and the rows that are given or the options of the sample. */
-static void hash_values(const kempe_values *values, hash out)
-{
-    kmp_digest digest;
-    kmp_digest_begin(&digest);
-    for (int k = 0; k < values->columns; k++)
-        kmp_digest_add_text(&digest, values->name[k]);
-    if (values->sampling) {
-        kmp_digest_add_text(&digest, values->ranges);
-        kmp_digest_add_text(&digest, values->correlations);
-        kmp_digest_add_text(&digest, values->design);
-        kmp_digest_add_part(&digest, &values->seed, sizeof values->seed);
-    } else {
-        kmp_digest_add_part(&digest, values->rows,
-                            (size_t)values->columns * (size_t)values->count * sizeof *values->rows);
-    }
-    end_hash(&digest, out);
 }
 
 static kempe_status hash_columns(kempe_ensemble *ensemble, hash out)
@@ -177,7 +157,22 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
     kmp_arena arena = {0};
     kmp_text first = {0};
     KMP_TRY(kmp_manifest_hash_model(model, hashes[0]));
-    hash_values(kmp_ensemble_values(ensemble), hashes[1]);
+    /* Names, and the rows that are given or the options of the sample. */
+    const kempe_values *values = kmp_ensemble_values(ensemble);
+    kmp_digest digest;
+    kmp_digest_begin(&digest);
+    for (int k = 0; k < values->columns; k++)
+        kmp_digest_add_text(&digest, values->name[k]);
+    if (values->sampling) {
+        kmp_digest_add_text(&digest, values->ranges);
+        kmp_digest_add_text(&digest, values->correlations);
+        kmp_digest_add_text(&digest, values->design);
+        kmp_digest_add_part(&digest, &values->seed, sizeof values->seed);
+    } else {
+        kmp_digest_add_part(&digest, values->rows,
+                            (size_t)values->columns * (size_t)values->count * sizeof *values->rows);
+    }
+    end_hash(&digest, hashes[1]);
     KMP_TRY(hash_columns(ensemble, hashes[2]));
     KMP_TRY(hash_equations(kmp_ensemble_equations(ensemble), hashes[3]));
     kempe_status status = kmp_spec_of(kmp_ensemble_equations(ensemble), run, &arena, &spec);

@@ -13,7 +13,6 @@
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "model/read/requests.h"
-#include "output/print.h"
 #include "output/reactions.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>

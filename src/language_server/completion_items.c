@@ -3,12 +3,10 @@
  * quotes are closed, and the reader of YAML gives the node of the mark. Names are from the last document that could be
  * read. */
 #include "base/context.h"
-#include "base/memory.h"
 #include "language_server/language_words.h"
 #include "language_server/node_search.h"
 #include "language_server/session.h"
 #include "model/files/element_library.h"
-#include "model/language/dimension.h"
 #include "model/language/expression.h"
 #include "model/language/limits.h"
 #include "platform/platform.h"
@@ -99,15 +97,6 @@ static kmp_found_node find_mark(kempe_language_server *s, const char *text, size
     document->text = kmp_text_keep(&marked, &s->work);
     document->root = document->text ? kmp_session_parse(s, &s->work, document->text) : NULL;
     return kmp_node_find(s->schema, document->root, is_marked, NULL);
-}
-
-static kmp_found_node find_place(kempe_language_server *s, const char *text, size_t length, const text_end *e,
-                                 kmp_text_source *document)
-{
-    const bool valued = e->depth > 0 ? e->valued[e->depth] || e->open[e->depth] == '[' : e->line_valued;
-    const bool as_key = !valued && !e->quote;
-    const kmp_found_node first = find_mark(s, text, length, e, as_key, document);
-    return first.node ? first : find_mark(s, text, length, e, !as_key && !e->quote, document);
 }
 
 /* -- items -------------------------------------------------------------------------------------------- */
@@ -372,7 +361,10 @@ void kmp_answer_completion(kempe_language_server *s, kmp_open_file *file, size_t
     kmp_json_array(&answer->json, NULL);
     if (!e.comment) {
         c.marked.path = file->path;
-        c.found = find_place(s, text, c.begin, &e, &c.marked);
+        const bool valued = e.depth > 0 ? e.valued[e.depth] || e.open[e.depth] == '[' : e.line_valued;
+        const bool as_key = !valued && !e.quote;
+        const kmp_found_node first = find_mark(s, text, c.begin, &e, as_key, &c.marked);
+        c.found = first.node ? first : find_mark(s, text, c.begin, &e, !as_key && !e.quote, &c.marked);
         const kmp_text_source *source = file->good.root ? &file->good : &c.marked;
         kmp_names_find(&c.names, s->schema, source, kmp_session_beside, s);
         if (c.found.node)

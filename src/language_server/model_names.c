@@ -204,22 +204,17 @@ static void declare_section(name_finder *f, const declared_file *file, kmp_name_
 
 static void declare_file(name_finder *f, const declared_file *file);
 
-/* The copies of an include: a number, or a parameter that is one; 0: it is not repeated. */
-static int copies_of(const kmp_text_source *source, const kmp_yaml *item)
-{
-    const kmp_yaml *repeat = kmp_yaml_get(item, "repeat");
-    const kmp_yaml *by = repeat ? kmp_yaml_get(kmp_yaml_get(source->root, "parameters"), repeat->text) : NULL;
-    const long count = repeat ? strtol((by ? by : repeat)->text, NULL, 10) : 0;
-    return !repeat ? 0 : count < 1 ? 1 : count > MOST_INCLUDED ? MOST_INCLUDED : (int)count;
-}
-
 static void declare_included(name_finder *f, const declared_file *file, const kmp_yaml *item)
 {
     const kmp_yaml *name = kmp_yaml_get(item, "file"), *prefix = kmp_yaml_get(item, "prefix"),
                    *at = kmp_yaml_get(item, "at");
     if (!name || name->kind != KMP_YAML_SCALAR || file->level >= KMP_MOST_INCLUDE_LEVELS)
         return;
-    const int copies = copies_of(file->source, item);
+    /* The copies of an include: a number, or a parameter that is one; 0: it is not repeated. */
+    const kmp_yaml *repeat = kmp_yaml_get(item, "repeat");
+    const kmp_yaml *by = repeat ? kmp_yaml_get(kmp_yaml_get(file->source->root, "parameters"), repeat->text) : NULL;
+    const long count = repeat ? strtol((by ? by : repeat)->text, NULL, 10) : 0;
+    const int copies = !repeat ? 0 : count < 1 ? 1 : count > MOST_INCLUDED ? MOST_INCLUDED : (int)count;
     const char *own = prefix ? prefix->text : "";
     const kmp_text_source *source = f->beside(f->user, file->source, name->text);
     char *body = kmp_arena_strdup(&f->names->arena, at ? at->text : "ground");
@@ -315,7 +310,9 @@ static void use(name_finder *f, size_t begin, size_t end, int declared)
 
 /* -- words of scalars --------------------------------------------------------------------------------- */
 
-const size_t *kmp_scalar_bytes(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node)
+/* The bytes of the text of a scalar in its source: `at[k]` of the k-th byte, at[length] of its end. NULL: there are
+ * escapes, or no memory. */
+static const size_t *bytes_of(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node)
 {
     const char *text = node->text, *from = source->text;
     const size_t length = strlen(text), whole = strlen(from);
@@ -493,7 +490,7 @@ static kmp_name_set bound_by(const kmp_model_names *n, const char *port, int inc
 static void use_scalar(name_finder *f, const kmp_yaml *node, kmp_name_set of, const char *kind)
 {
     kmp_model_names *n = f->names;
-    const size_t *at = of ? kmp_scalar_bytes(&n->arena, n->source, node) : NULL;
+    const size_t *at = of ? bytes_of(&n->arena, n->source, node) : NULL;
     if (!at || !node->text[0])
         return;
     if (strncmp(kind, "included_", 9) == 0) {
@@ -571,18 +568,6 @@ static int by_place(const void *a, const void *b)
     return x->begin < y->begin ? -1 : x->begin > y->begin ? 1 : x->declared - y->declared;
 }
 
-/* Orders the uses; an alias gives the same one again. */
-static void sort_uses(kmp_model_names *n)
-{
-    int kept = 0;
-    if (n->use_count > 0)
-        qsort(n->uses, (size_t)n->use_count, sizeof *n->uses, by_place);
-    for (int k = 0; k < n->use_count; k++)
-        if (kept == 0 || n->uses[kept - 1].begin != n->uses[k].begin)
-            n->uses[kept++] = n->uses[k];
-    n->use_count = kept;
-}
-
 void kmp_names_find(kmp_model_names *names, const kmp_json_value *schema, const kmp_text_source *source,
                     kmp_source_beside *beside, void *user)
 {
@@ -604,7 +589,14 @@ void kmp_names_find(kmp_model_names *names, const kmp_json_value *schema, const 
     const kmp_schemas schemas = kmp_schema_of_model(schema);
     for (int k = 0; k < root->count; k++)
         visit_section(&f, &schemas, root->keys[k], root->items[k]);
-    sort_uses(names);
+    /* Orders the uses; an alias gives the same one again. */
+    int kept = 0;
+    if (names->use_count > 0)
+        qsort(names->uses, (size_t)names->use_count, sizeof *names->uses, by_place);
+    for (int k = 0; k < names->use_count; k++)
+        if (kept == 0 || names->uses[kept - 1].begin != names->uses[k].begin)
+            names->uses[kept++] = names->uses[k];
+    names->use_count = kept;
 }
 
 void kmp_names_free(kmp_model_names *names)

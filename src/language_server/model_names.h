@@ -83,7 +83,3 @@ kmp_name_set kmp_names_of_value(const char *kind);
 
 /** The end of the units behind a number of an expression; `k` where there are none. */
 size_t kmp_units_end(const char *text, size_t k);
-
-/** The bytes of the text of a scalar in its source: `at[k]` of the k-th byte, at[length] of its end. NULL: there are
- * escapes, or no memory. */
-const size_t *kmp_scalar_bytes(kmp_arena *arena, const kmp_text_source *source, const kmp_yaml *node);

@@ -15,7 +15,7 @@ typedef struct node_search {
 } node_search;
 
 static bool keep(node_search *s, const kmp_yaml *node, const kmp_schemas *schemas, const kmp_yaml *map, const char *key,
-                 bool is_key, bool in_list)
+                 bool is_key)
 {
     if (!s->is_wanted(s->user, node))
         return false;
@@ -28,8 +28,7 @@ static bool keep(node_search *s, const kmp_yaml *node, const kmp_schemas *schema
                                 .owner = body                                ? s->keys[1]
                                          : strcmp(s->keys[0], "ground") == 0 ? "ground"
                                                                              : "",
-                                .include = strcmp(s->keys[0], "include") == 0 ? s->items[1] : -1,
-                                .in_list = in_list};
+                                .include = strcmp(s->keys[0], "include") == 0 ? s->items[1] : -1};
     return true;
 }
 
@@ -47,10 +46,10 @@ static bool search(node_search *s, const kmp_yaml *node, const kmp_schemas *sche
             for (int deeper = level + 1; deeper < 3; deeper++)
                 s->keys[deeper] = "";
         }
-        if (map && keep(s, node->keys[k], schemas, node, "", true, false))
+        if (map && keep(s, node->keys[k], schemas, node, "", true))
             return true;
         const kmp_schemas inner = map ? kmp_schema_of_key(schemas, key) : kmp_schema_of_item(schemas);
-        if (item->kind == KMP_YAML_SCALAR ? keep(s, item, &inner, map ? node : NULL, key, false, !map)
+        if (item->kind == KMP_YAML_SCALAR ? keep(s, item, &inner, map ? node : NULL, key, false)
                                           : search(s, item, &inner, level + 1))
             return true;
     }
@@ -63,7 +62,7 @@ kmp_found_node kmp_node_find(const kmp_json_value *schema, const kmp_yaml *root,
     node_search s = {.is_wanted = is_wanted, .user = user, .keys = {"", "", ""}, .found.include = -1};
     const kmp_schemas schemas = kmp_schema_of_model(schema);
     if (root && root->kind == KMP_YAML_SCALAR)
-        (void)keep(&s, root, &schemas, NULL, "", false, false);
+        (void)keep(&s, root, &schemas, NULL, "", false);
     else if (root)
         (void)search(&s, root, &schemas, 0);
     return s.found;

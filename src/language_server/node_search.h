@@ -13,7 +13,6 @@ typedef struct kmp_found_node {
     const char *key;     /* of the value; "" */
     const char *owner;   /* the body that has it, "ground"; "" */
     int include;         /* the included file that has it; -1 */
-    bool in_list;
 } kmp_found_node;
 
 typedef bool kmp_is_wanted(const void *user, const kmp_yaml *node);

@@ -27,20 +27,15 @@ void kmp_put_range(const kempe_language_server *s, kmp_json *json, const char *k
     kmp_json_end(json);
 }
 
-/* Writes a member as it was read: the number of a request, which may be a word. */
-static void put_id(kmp_text *text, const kmp_json_value *id)
-{
-    if (id && id->kind == KMP_JSON_STRING)
-        kmp_text_quote(text, id->text);
-    else
-        kmp_text_put(text, id && id->kind == KMP_JSON_NUMBER ? id->text : "null");
-}
-
 static void send_answer(kempe_language_server *s, const kmp_json_value *id, kmp_text *result, kmp_reply *answer)
 {
     kmp_text body = {0};
     kmp_text_put(&body, "{\"jsonrpc\":\"2.0\",\"id\":");
-    put_id(&body, id);
+    /* Writes a member as it was read: the number of a request, which may be a word. */
+    if (id && id->kind == KMP_JSON_STRING)
+        kmp_text_quote(&body, id->text);
+    else
+        kmp_text_put(&body, id && id->kind == KMP_JSON_NUMBER ? id->text : "null");
     if (answer->code) {
         kmp_text_printf(&body, ",\"error\":{\"code\":%d,\"message\":", answer->code);
         kmp_text_quote(&body, answer->sentence.s ? answer->sentence.s : "");
@@ -302,17 +297,6 @@ static long read_headers(const char *bytes, size_t length, size_t *body)
     return -1;
 }
 
-static void diagnose_stale(kempe_language_server *s)
-{
-    for (int k = 0; k < s->file_count && s->ended < 0; k++)
-        if (s->files[k]->stale)
-            kmp_file_diagnose(s, s->files[k]);
-    s->output.failed = s->output.failed || s->work.failed;
-    kmp_arena_free(&s->work);
-    s->closed = NULL;
-    s->closed_count = 0;
-}
-
 kempe_status kempe_language_server_take(kempe_language_server *server, const char *bytes, size_t count, char **answer)
 {
     KMP_GIVEN(server, KEMPE_E_ARGUMENT);
@@ -333,7 +317,13 @@ kempe_status kempe_language_server_take(kempe_language_server *server, const cha
         kmp_text_append(&rest, s->input.s + done, s->input.length - done);
     kmp_text_free_part(&s->output, &s->input);
     s->input = rest;
-    diagnose_stale(s);
+    for (int k = 0; k < s->file_count && s->ended < 0; k++)
+        if (s->files[k]->stale)
+            kmp_file_diagnose(s, s->files[k]);
+    s->output.failed = s->output.failed || s->work.failed;
+    kmp_arena_free(&s->work);
+    s->closed = NULL;
+    s->closed_count = 0;
     kmp_text_put(&s->output, "");
     *answer = kmp_text_take(&s->output);
     if (!*answer || rest.failed)

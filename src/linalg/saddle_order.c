@@ -4,7 +4,6 @@
  * Appl. 27 (2005) 313) do with single pairs. */
 #include "linalg/saddle_order.h"
 #include "base/arena.h"
-#include "base/memory.h"
 #include "linalg/sparse.h"
 #include <btf.h>
 #include <klu.h>

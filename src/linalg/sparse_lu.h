@@ -4,7 +4,6 @@
  * Right-hand sides are in the order of pivots, solutions in the order of columns. */
 #pragma once
 
-#include "linalg/dense/dense.h"
 #include <stdint.h>
 
 typedef struct kmp_sparse_lu kmp_sparse_lu;

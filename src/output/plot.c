@@ -282,14 +282,6 @@ static void put_point(kmp_plot *plot, const double at[2])
     plot->open = true;
 }
 
-static void begin_strip(kmp_plot *plot, const double at[2])
-{
-    put_point(plot, at);
-    plot->strip = (kmp_thin_strip){.x = at[0], .count = 1};
-    for (int k = 0; k < KMP_STRIP_PLACES; k++)
-        memcpy(plot->strip.at[k], at, sizeof plot->strip.at[k]);
-}
-
 static void widen_strip(kmp_thin_strip *s, const double at[2])
 {
     const bool taken[KMP_STRIP_PLACES] = {at[1]<s->at[0][1], at[1]> s->at[1][1], true};
@@ -322,8 +314,12 @@ void kmp_curve_to(kmp_plot *plot, double x, double y)
     }
     if (plot->strip.count > 0)
         end_strip(plot);
-    if (there)
-        begin_strip(plot, at);
+    if (there) {
+        put_point(plot, at);
+        plot->strip = (kmp_thin_strip){.x = at[0], .count = 1};
+        for (int k = 0; k < KMP_STRIP_PLACES; k++)
+            memcpy(plot->strip.at[k], at, sizeof plot->strip.at[k]);
+    }
     plot->open = there;
 }
 

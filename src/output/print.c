@@ -266,7 +266,8 @@ void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
                  verdict->error[KMP_QUANTITY_QD], verdict->error[KMP_QUANTITY_LAMBDA]);
 }
 
-void kmp_print_counts(kmp_json *json, const kmp_run_report *report)
+/* The counts that each run has, as members. */
+static void put_counts(kmp_json *json, const kmp_run_report *report)
 {
     kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld", report->steps, report->rejected, report->refused,
                  report->rhs);
@@ -277,7 +278,7 @@ void kmp_print_counts(kmp_json *json, const kmp_run_report *report)
 void kmp_print_work(kmp_json *json, const kmp_run_report *report)
 {
     kmp_json_object(json, "work");
-    kmp_print_counts(json, report);
+    put_counts(json, report);
     kmp_json_put(json, "centrings %ld events %ld", report->centrings, report->events);
     if (report->impacts >= 0)
         kmp_json_put(json, "impacts %ld", report->impacts);

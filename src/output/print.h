@@ -58,8 +58,7 @@ void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict);
 /** error{} of a verdict. */
 void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict);
 
-/** The counts that each run has, as members; work{} of a run with all counts. */
-void kmp_print_counts(kmp_json *json, const kmp_run_report *report);
+/** work{} of a run with all counts. */
 void kmp_print_work(kmp_json *json, const kmp_run_report *report);
 
 /** Like kmp_text_printf (%e, %f, %g, %d, %ld, %s), but with "-" in the width of a number that is not finite. */

@@ -418,15 +418,6 @@ static void find_least(joint_lines *t)
     t->least = known > MOST_SHOWN ? largest[MOST_SHOWN - 1] : NULL;
 }
 
-static void find_width(joint_lines *t)
-{
-    t->width = 4;
-    for (const kmp_reaction *of = t->r->of; of < t->r->of + t->r->count; of++) {
-        const int length = (int)strlen(of->name) + (of->effort ? (int)strlen(of->kind) + 3 : 0) + (of->shared ? 2 : 0);
-        t->width = is_shown(t, of) && length > t->width ? length : t->width;
-    }
-}
-
 /* "A", "motor (drive)", with * where it is not unique. */
 static void put_labelled(kmp_text *text, const kmp_reaction *of, int width)
 {
@@ -552,7 +543,11 @@ void kmp_reactions_show(kmp_text *text, const kmp_reactions *r, const char *othe
     }
     if (r->rows == 0 || r->count == 0)
         return;
-    find_width(&t);
+    t.width = 4;
+    for (const kmp_reaction *of = t.r->of; of < t.r->of + t.r->count; of++) {
+        const int length = (int)strlen(of->name) + (of->effort ? (int)strlen(of->kind) + 3 : 0) + (of->shared ? 2 : 0);
+        t.width = is_shown(&t, of) && length > t.width ? length : t.width;
+    }
     find_noise(&t);
     kmp_text_put(text, "\njoint reactions, on the second body, in ground axes");
     const bool vectors = r->rows == 1 && !r->whole;

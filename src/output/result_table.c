@@ -6,7 +6,6 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "model/data/state.h"
 #include "output/named_arrays.h"
 #include "output/parquet.h"
 #include "output/print.h"

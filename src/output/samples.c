@@ -246,16 +246,6 @@ static bool recall(kmp_all_loads *loads, const kempe_system *system)
     return false;
 }
 
-static void find_places(kmp_all_loads *loads, const kempe_model *model)
-{
-    for (int b = 0; b < loads->bearing_count; b++) {
-        loads->bearing[b] = model->bearings[b].closure;
-        for (int k = 0; k < loads->joints && model->bearings[b].closure < 0; k++)
-            if (loads->joint[k] == model->bearings[b].body)
-                loads->bearing[b] = model->closure_count + k;
-    }
-}
-
 /* The programs that an earlier process has kept. */
 static bool prepare(kmp_all_loads *loads, const kempe_system *system)
 {
@@ -290,7 +280,12 @@ static kempe_status begin(kmp_all_loads *loads, const kempe_system *system)
         KMP_TRY(kmp_made(system->context, prepare(loads, system)));
     else
         KMP_TRY(make(loads, system));
-    find_places(loads, model);
+    for (int b = 0; b < loads->bearing_count; b++) {
+        loads->bearing[b] = model->bearings[b].closure;
+        for (int k = 0; k < loads->joints && model->bearings[b].closure < 0; k++)
+            if (loads->joint[k] == model->bearings[b].body)
+                loads->bearing[b] = model->closure_count + k;
+    }
     return KEMPE_OK;
 }
 

@@ -10,7 +10,6 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
-#include "model/data/force.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"

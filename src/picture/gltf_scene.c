@@ -6,7 +6,6 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "model/data/body.h"
 #include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/data/shape.h"

@@ -6,7 +6,6 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/parameter.h"
 #include "model/read/loads.h"
-#include "symbolic/function_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -370,15 +370,6 @@ static void slide(const judging *j, int stride, const double *way, const double 
     }
 }
 
-/* The mean of x over the whole way; NaN without a way. */
-static double mean_over(int samples, int stride, const double *way, const double *x)
-{
-    double sum = 0;
-    for (int k = stride; k < samples; k += stride)
-        sum += (way[k] - way[k - stride]) * (x[k] + x[k - stride]) / 2;
-    return way[samples - 1] > 0 ? sum / way[samples - 1] : NAN;
-}
-
 static double unloading(const kmp_safety_wheel *wheel, double load)
 {
     return wheel->load > 0 ? (wheel->load - load) / wheel->load : NAN;
@@ -391,7 +382,12 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
     const double *load = j->safety->load + at, *smooth = j->smooth + at, *of = j->of + at, *t = j->safety->t;
     double *mean = j->safety->mean + at, *ratio = j->integral + samples;
     out->unloading = out->smooth_unloading = out->ratio = out->mean = out->most_wear = (kmp_safety_value){NAN, NAN};
-    out->wear = mean_over(samples, stride, j->way + at, j->safety->wear + at);
+    /* The mean of the wear over the whole way; NaN without a way. */
+    const double *way = j->way + at, *x = j->safety->wear + at;
+    double sum = 0;
+    for (int k = stride; k < samples; k += stride)
+        sum += (way[k] - way[k - stride]) * (x[k] + x[k - stride]) / 2;
+    out->wear = way[samples - 1] > 0 ? sum / way[samples - 1] : NAN;
     for (int k = 0; k < samples; k += stride)
         ratio[k] = smooth[k] > 0 ? j->smooth_across[at + k] / smooth[k] : 0;
     slide(j, stride, j->way + at, ratio, mean);

@@ -3,7 +3,6 @@
  * lateral forces of a wheelset against Prud'homme's limit (EN 14363). */
 #pragma once
 
-#include "base/json.h"
 #include "integrators/run/recording.h"
 #include "studies/simulate/trajectory.h"
 #include <stdbool.h>

@@ -43,21 +43,6 @@ static kempe_status add_mode(kmp_result_page *page, const kempe_modes *m, int c,
     return closed ? kmp_page_add_frames(page, FRAMES, q, m->system->n, NULL) : KEMPE_OK;
 }
 
-static kempe_status add_modes(kmp_result_page *page, const kempe_modes *m)
-{
-    const kmp_spectrum *s = &m->modes.spectrum;
-    int n = m->system->n;
-    double *q = KMP_ARENA_NEW(&page->arena, double, FRAMES *n);
-    double *zero = KMP_ARENA_NEW(&page->arena, double, n + m->system->m);
-    KMP_TRY(kmp_made(page->context, q && zero));
-    kmp_json_put(&page->data, "frames %d moving [", FRAMES);
-    for (int c = 0; c < s->count; c++)
-        if (kmp_modes_is_listed(m, c))
-            KMP_TRY(add_mode(page, m, c, q, zero));
-    kmp_json_end(&page->data);
-    return KEMPE_OK;
-}
-
 /* -- data -------------------------------------------------------------------------------------------- */
 
 /* Units of coordinates and of the parameter that varies. */
@@ -86,7 +71,16 @@ kempe_status kmp_modes_fill(kmp_result_page *page, const void *result)
     page->head.scene = kmp_arena_printf(&page->arena, "at %s \xc2\xb7 %d degree%s of freedom",
                                         m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                                         freedoms, freedoms == 1 ? "" : "s");
-    KMP_TRY(add_modes(page, m));
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int n = m->system->n;
+    double *q = KMP_ARENA_NEW(&page->arena, double, FRAMES *n);
+    double *zero = KMP_ARENA_NEW(&page->arena, double, n + m->system->m);
+    KMP_TRY(kmp_made(page->context, q && zero));
+    kmp_json_put(&page->data, "frames %d moving [", FRAMES);
+    for (int c = 0; c < s->count; c++)
+        if (kmp_modes_is_listed(m, c))
+            KMP_TRY(add_mode(page, m, c, q, zero));
+    kmp_json_end(&page->data);
     put_units(&page->data, m);
     kmp_json_string(&page->data, "warnings", m->warnings ? m->warnings : "");
     page->data.digits = DIGITS;

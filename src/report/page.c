@@ -3,11 +3,9 @@
  * the mark means. */
 #include "report/page.h"
 #include "base/file.h"
-#include "base/memory.h"
 #include "model/data/flexible.h"
 #include "model/read/loads.h"
 #include "output/plot.h"
-#include "output/print.h"
 #include "picture/motion_picture.h"
 #include <string.h>
 

@@ -31,7 +31,6 @@
 #include "report/vehicle_drawing.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/reaction_watch.h"
-#include "studies/simulate/trajectory_print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdbool.h>

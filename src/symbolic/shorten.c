@@ -6,7 +6,6 @@
 #include "symbolic/cost.h"
 #include "symbolic/graph.h"
 #include "symbolic/label.h"
-#include "symbolic/trig.h"
 #include <string.h>
 
 /* -- one pass ---------------------------------------------------------------------------------------- */

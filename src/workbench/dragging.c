@@ -5,7 +5,6 @@
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/three.h"
 #include "model/data/model.h"
@@ -28,21 +27,6 @@ enum { MOST_STEPS = 8, MOST_TRIES = 12 };
 /* -- new and free ------------------------------------------------------------------------------------ */
 
 KMP_FREES(kmp_dragging, d, kmp_mode_watch_free(d->watch), kmp_walk_free(d->walk), kmp_arena_free(&d->arena))
-
-/* Releases drives, but not locks. */
-static void release_drives(kmp_dragging *d)
-{
-    const kempe_system *s = d->system;
-    int count = 0;
-    for (int r = 0; r < s->m; r++) {
-        d->released[r] = s->model->closures[s->rows[r].closure].kind == KMP_CLOSURE_drive;
-        count += d->released[r];
-    }
-    if (count > 0)
-        d->walk->excluded = d->released;
-    if (d->walk->rank >= 0)
-        d->walk->rank -= count;
-}
 
 /* Counts the degrees of freedom at the start, and watches the assembly modes by independent coordinates: as many of the
  * model's choice as can be. False: no memory. */
@@ -104,7 +88,16 @@ static kempe_status prepare(kmp_dragging *d)
         d->hold[k] = s->model->motions[k].elastic;
     d->walk->hold = d->hold;
     d->damping = FIRST_DAMPING;
-    release_drives(d);
+    /* Releases drives, but not locks. */
+    int count = 0;
+    for (int r = 0; r < s->m; r++) {
+        d->released[r] = s->model->closures[s->rows[r].closure].kind == KMP_CLOSURE_drive;
+        count += d->released[r];
+    }
+    if (count > 0)
+        d->walk->excluded = d->released;
+    if (d->walk->rank >= 0)
+        d->walk->rank -= count;
     KMP_TRY(kmp_made(s->context, choose_watched(d)));
     if (!close_loops(d, d->q))
         memcpy(d->q, d->start, n * sizeof *d->q);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "workbench/served_run.h"
 #include "base/base64.h"
-#include "base/context.h"
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -256,18 +255,6 @@ static kmp_served_run *take_place(kmp_served_runs *runs, const char *name)
     return run;
 }
 
-static void leave_place(job *j)
-{
-    (void)pthread_mutex_lock(&j->runs->lock);
-    const char *out = in_scratch(j, "out");
-    if (j->run->scratch[0] && out) {
-        remove_folder(out);
-        remove_folder(j->run->scratch);
-    }
-    j->run->taken = false;
-    (void)pthread_mutex_unlock(&j->runs->lock);
-}
-
 kmp_run_end kmp_served_run_command(kmp_served_runs *runs, const kmp_json_value *request, int socket, kmp_text *answer)
 {
     job j = {.runs = runs,
@@ -284,7 +271,14 @@ kmp_run_end kmp_served_run_command(kmp_served_runs *runs, const kmp_json_value *
     kmp_run_end end = KMP_RUN_FAILED;
     if (j.context)
         end = run_job(&j, socket);
-    leave_place(&j);
+    (void)pthread_mutex_lock(&j.runs->lock);
+    const char *out = in_scratch(&j, "out");
+    if (j.run->scratch[0] && out) {
+        remove_folder(out);
+        remove_folder(j.run->scratch);
+    }
+    j.run->taken = false;
+    (void)pthread_mutex_unlock(&j.runs->lock);
     kempe_context_free(j.context);
     kmp_arena_free(&j.arena);
     return end;

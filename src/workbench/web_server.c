@@ -202,18 +202,13 @@ static bool has_token(const kempe_workbench *w, const char *path)
 
 /* -- requests ---------------------------------------------------------------------------------------- */
 
-/* The number of an argument of the address; -1: it has none, or no number. */
-static long number_of(const request *r, const char *key)
-{
-    const char *value = library.lookup_connection_value(r->connection, MHD_GET_ARGUMENT_KIND, key);
-    char *end = NULL;
-    const long number = value && *value ? strtol(value, &end, 10) : -1;
-    return end && !*end ? number : -1;
-}
-
 static enum MHD_Result give_file(request *r)
 {
-    const long after = number_of(r, "after");
+    /* The number of an argument of the address; -1: it has none, or no number. */
+    const char *value = library.lookup_connection_value(r->connection, MHD_GET_ARGUMENT_KIND, "after");
+    char *end = NULL;
+    const long number = value && *value ? strtol(value, &end, 10) : -1;
+    const long after = end && !*end ? number : -1;
     double now = kmp_wall_now(), there = now; /* the last time when the file was there */
     const double until = now + LONGEST_WAIT_S;
     kmp_text why = {0};

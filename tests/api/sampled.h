@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_SAMPLED_H
 #define KEMPE_TESTS_SAMPLED_H
 
-#include "testing.h"
+#include "loaded.h"
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <stdbool.h>
@@ -36,29 +36,6 @@ static const method methods[] = {
     {"dae", "index3", "ida"},
 };
 enum { METHODS = sizeof methods / sizeof *methods };
-
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
-
-static inline scene scene_of(const char *text)
-{
-    scene s = {.context = kempe_context_new()};
-    if (kempe_model_read_text(s.context, text, "model.yaml", &s.model) != KEMPE_OK ||
-        kempe_system_new(s.model, &s.system) != KEMPE_OK)
-        printf("%s\n", kempe_context_message(s.context));
-    CHECK(s.system != NULL);
-    return s;
-}
-
-static inline void scene_free(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
-}
 
 static inline kempe_run_options options(const method *m, double t_end, double rtol)
 {

@@ -1,34 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An interrupt ends one computation, the running one or the next, and no other. */
-#include "testing.h"
+#include "loaded.h"
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
-
-static scene begin(void)
-{
-    scene s = {.context = kempe_context_new()};
-    CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
-    return s;
-}
-
-static void end(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
-}
-
-static kempe_status simulate(const scene *s)
+static kempe_status simulate(const loaded *s)
 {
     kempe_run_options run = {.t_end = 0.1, .no_convergence_check = 1};
     kempe_trajectory *t = NULL;
@@ -38,7 +17,7 @@ static kempe_status simulate(const scene *s)
     return status;
 }
 
-static kempe_status compare(const scene *s)
+static kempe_status compare(const loaded *s)
 {
     kempe_compare_options run = {.t_end = 0.05, .formulations = "reduced", .rtols = "1e-6,1e-8"};
     kempe_comparison *c = NULL;
@@ -47,7 +26,7 @@ static kempe_status compare(const scene *s)
     return status;
 }
 
-static kempe_status lead(const scene *s)
+static kempe_status lead(const loaded *s)
 {
     kempe_kinematics_options options = {.sweep = "crank=0:1", .points = 20};
     kempe_kinematics *k = NULL;
@@ -56,7 +35,7 @@ static kempe_status lead(const scene *s)
     return status;
 }
 
-static kempe_status step(const scene *s)
+static kempe_status step(const loaded *s)
 {
     kempe_run_options run = {.t_end = 0.1};
     kempe_stepper *stepper = NULL;
@@ -66,7 +45,7 @@ static kempe_status step(const scene *s)
     return status;
 }
 
-static kempe_status differentiate(const scene *s)
+static kempe_status differentiate(const loaded *s)
 {
     kempe_sensitivity_options options = {.parameters = "crank", .run = &(kempe_run_options){.t_end = 0.05}};
     kempe_sensitivity *d = NULL;
@@ -75,12 +54,12 @@ static kempe_status differentiate(const scene *s)
     return status;
 }
 
-static kempe_status (*const computations[])(const scene *s) = {simulate, compare, lead, differentiate};
+static kempe_status (*const computations[])(const loaded *s) = {simulate, compare, lead, differentiate};
 enum { COMPUTATIONS = sizeof computations / sizeof *computations };
 
 static void one_computation_ends(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     for (int a = 0; a < COMPUTATIONS; a++)
         for (int b = 0; b < COMPUTATIONS; b++) {
             kempe_context_interrupt(s.context);
@@ -88,24 +67,24 @@ static void one_computation_ends(void)
             CHECK(computations[a](&s) == KEMPE_STOPPED);
             CHECK(computations[b](&s) == KEMPE_OK);
         }
-    end(&s);
+    unload(&s);
 }
 
 static void each_has_its_own(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     for (int k = 0; k < 3; k++) {
         kempe_context_interrupt(s.context);
         CHECK(simulate(&s) == KEMPE_STOPPED);
     }
     CHECK(simulate(&s) == KEMPE_OK);
-    end(&s);
+    unload(&s);
 }
 
 /* A stepper that is made takes the interrupt with its first step. */
 static void steppers_too(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     CHECK(step(&s) == KEMPE_OK);
     kempe_run_options run = {.t_end = 0.1};
     kempe_stepper *stepper = NULL;
@@ -115,20 +94,20 @@ static void steppers_too(void)
     CHECK_TEXT(kempe_stepper_reason(stepper), "interrupted");
     kempe_stepper_free(stepper);
     CHECK(simulate(&s) == KEMPE_OK && step(&s) == KEMPE_OK);
-    end(&s);
+    unload(&s);
 }
 
 /* A request that is withdrawn ends nothing. */
 static void withdrawn(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     kempe_context_clear_interrupt(s.context);
     for (int a = 0; a < COMPUTATIONS; a++) {
         kempe_context_interrupt(s.context);
         kempe_context_clear_interrupt(s.context);
         CHECK(computations[a](&s) == KEMPE_OK);
     }
-    end(&s);
+    unload(&s);
 }
 
 int main(void)

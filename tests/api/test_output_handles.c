@@ -213,15 +213,13 @@ static void columns(void)
         "reaction(q), force(motor), force(spring), energy, power]}\n";
     static const char words[] = "position(coupler.Q), velocity(coupler.Q), acceleration(coupler.Q), reaction(q), "
                                 "force(motor), force(spring), energy, power";
-    loaded s = {.context = kempe_context_new()};
+    loaded s = load_text(text);
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
     kempe_table *table = NULL;
     kempe_outputs *o = NULL;
     double values[32];
     int found = 0;
-    CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_simulate(s.system, NULL, &trajectory) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, NULL, &stepper) == KEMPE_OK);
     CHECK(kempe_trajectory_table(trajectory, "rows", &table) == KEMPE_OK);
@@ -258,11 +256,9 @@ static void dead_centres(void)
         "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 1, points: {Q: [0, 0, 0]}}\n"
         "loops: {r: {rod: [crank.P, slider.Q], length: 2}}\n"
         "start: {q: {A: 0.5, S: 2.8}, hold: [A]}\n";
-    loaded s = {.context = kempe_context_new()};
+    loaded s = load_text(text);
     kempe_outputs *o = NULL;
     double j[3], moving[2] = {0.7, cos(0.7) + sqrt(4 - sin(0.7) * sin(0.7))}, dead[2] = {0, 3};
-    CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_outputs_new(s.system, "position(crank.P)", &o) == KEMPE_OK);
     CHECK(kempe_outputs_choose(o, "S") == KEMPE_OK && kempe_outputs_independent(o)[0] == 1);
     CHECK(kempe_outputs_closed_jacobian(o, 0, moving, NULL, j, NULL) == KEMPE_OK);

@@ -1,18 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Progress of long computations: counts rise to their totals, results do not depend on them, and the function may end
  * the computation. */
-#include "testing.h"
+#include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <string.h>
-
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
 
 typedef struct seen {
     const char *unit; /* the unit that is counted */
@@ -20,21 +14,6 @@ typedef struct seen {
     double last, total;
     kempe_context *end; /* the context to interrupt; NULL: none */
 } seen;
-
-static scene begin(void)
-{
-    scene s = {.context = kempe_context_new()};
-    CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
-    return s;
-}
-
-static void end(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
-}
 
 static void count(void *user, const kempe_progress *p)
 {
@@ -50,7 +29,7 @@ static void count(void *user, const kempe_progress *p)
         kempe_context_interrupt(all->end);
 }
 
-static double last_angle(const scene *s, const kempe_run_options *run, kempe_status expected)
+static double last_angle(const loaded *s, const kempe_run_options *run, kempe_status expected)
 {
     kempe_trajectory *t = NULL;
     CHECK(kempe_simulate(s->system, run, &t) == expected);
@@ -61,7 +40,7 @@ static double last_angle(const scene *s, const kempe_run_options *run, kempe_sta
 
 static void of_a_run(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     seen all = {.unit = "s"};
     const kempe_run_options once = {.t_end = 0.5, .no_convergence_check = 1}, twice = {.t_end = 0.5};
     double expected = last_angle(&s, &once, KEMPE_OK);
@@ -76,12 +55,12 @@ static void of_a_run(void)
     kempe_context_set_progress(s.context, 0, NULL, NULL);
     last_angle(&s, &once, KEMPE_OK);
     CHECK(all.calls == 0);
-    end(&s);
+    unload(&s);
 }
 
 static void of_studies(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     seen rows = {.unit = "rows"}, runs = {.unit = "runs"}, starts = {.unit = "starts"};
     kempe_kinematics *k = NULL;
     kempe_comparison *c = NULL;
@@ -101,17 +80,17 @@ static void of_studies(void)
     kempe_kinematics_free(k);
     kempe_comparison_free(c);
     kempe_branches_free(b);
-    end(&s);
+    unload(&s);
 }
 
 static void ends_the_computation(void)
 {
-    scene s = begin();
+    loaded s = load("examples/four_bar/four_bar.yaml");
     seen all = {.unit = "s", .end = s.context};
     kempe_context_set_progress(s.context, 0, count, &all);
     last_angle(&s, &(kempe_run_options){.t_end = 0.5}, KEMPE_STOPPED);
     CHECK(all.calls == 1);
-    end(&s);
+    unload(&s);
 }
 
 int main(void)

@@ -22,7 +22,7 @@ static const char switching[] =
 /* `samples`: inputs jump before the state is saved, so that another method stands in for a multistep method. */
 static void restored(const method *m, int samples)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     int n = kempe_model_coordinate_count(s.model);
     kempe_stepper *a = NULL, *b = NULL;
     kempe_stepper_state *state = NULL;
@@ -59,7 +59,7 @@ static void restored(const method *m, int samples)
     kempe_stepper_state_free(state);
     kempe_stepper_free(a);
     kempe_stepper_free(b);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void saved_and_restored(void)
@@ -73,7 +73,7 @@ static void saved_and_restored(void)
  * stays what it was. */
 static void saved_twice(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     int n = kempe_model_coordinate_count(s.model);
     size_t size = (size_t)n * sizeof(double);
     for (int m = 0; m < METHODS; m++)
@@ -104,7 +104,7 @@ static void saved_twice(void)
             kempe_stepper_free(a);
             kempe_stepper_free(b);
         }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* The coordinate at the end of 2 s; a step ends at the stop. */
@@ -132,7 +132,7 @@ static void samples_and_stops_restored(void)
         "  free: {unit: N*m}\n"
         "bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0, -1, 0]}}\n"
         "forces: {motor: {joint: A, torque: held + bent + smooth + free}}\nstart: {q: {A: 1}}\n";
-    scene s = scene_of(text);
+    loaded s = load_text(text);
     for (int m = 0; m < METHODS; m++)
         for (int fixed = 0; fixed < 2; fixed++) {
             kempe_stepper *a = NULL, *b = NULL;
@@ -156,13 +156,13 @@ static void samples_and_stops_restored(void)
             kempe_stepper_free(a);
             kempe_stepper_free(b);
         }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Two copies that are given equal inputs stay equal; with another input they differ. */
 static void copies(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     kempe_stepper *a = NULL, *b = NULL;
     kempe_run_options run = options(&methods[0], 10, 1e-8);
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
@@ -178,13 +178,13 @@ static void copies(void)
     CHECK(kempe_stepper_q(a)[0] != kempe_stepper_q(b)[0]);
     kempe_stepper_free(a);
     kempe_stepper_free(b);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Another state is closed, and the change is said; one that cannot be closed leaves the stepper as it was. */
 static void another_state(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     kempe_stepper *a = NULL;
     kempe_run_options run = options(&methods[0], 10, 1e-8);
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_advance(a, 0.4) == KEMPE_OK);
@@ -202,7 +202,7 @@ static void another_state(void)
     CHECK(kempe_stepper_set_state(a, q, NULL, &moved) == KEMPE_E_FAILED);
     CHECK(kempe_stepper_q(a)[0] == before && kempe_stepper_advance(a, 0.6) == KEMPE_OK);
     kempe_stepper_free(a);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* A pendulum whose length doubles at its lowest point; the motion after that is that of a model with the other length
@@ -212,7 +212,7 @@ static void other_parameters(void)
     static const char text[] = "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {L: 1, m: 2}\nbodies:\n"
                                "  rod: {joint: {name: A, revolute: z, at: ground}, mass: m, com: [0, -L, 0]}\n"
                                "start: {q: {A: 1}}\n";
-    scene s = scene_of(text);
+    loaded s = load_text(text);
     kempe_stepper *a = NULL, *b = NULL;
     kempe_model *longer = NULL;
     kempe_system *other = NULL;
@@ -238,12 +238,12 @@ static void other_parameters(void)
     kempe_stepper_free(b);
     kempe_system_free(other);
     kempe_model_free(longer);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void stops(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     kempe_stepper *a = NULL;
     kempe_run_options run = options(&methods[0], 10, 1e-8);
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
@@ -256,7 +256,7 @@ static void stops(void)
     CHECK(met);
     CHECK(kempe_stepper_set_stop(a, 0.5) == KEMPE_E_ARGUMENT);
     kempe_stepper_free(a);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* -- what is done at an instant -------------------------------------------------------------------------- */
@@ -286,7 +286,7 @@ static void go(kempe_stepper *stepper, double h, double to, int every, int input
 static void check_ways(const char *text, double to, double expected, double tolerance, int input)
 {
     static const double steps[] = {0.1, 0.05, 0.025, 0.01};
-    scene s = scene_of(text);
+    loaded s = load_text(text);
     for (int m = 0; m < METHODS; m++)
         for (int h = 0; h < 4; h++)
             for (int every = 0; every <= 3; every++) {
@@ -298,7 +298,7 @@ static void check_ways(const char *text, double to, double expected, double tole
                 CHECK_NEAR(kempe_stepper_q(stepper)[0], expected, exact ? tolerance : 1e-4);
                 kempe_stepper_free(stepper);
             }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Samples of a state and of an input, and a condition on the time, all at multiples of 0.1 s: each is taken once. From
@@ -333,7 +333,7 @@ static void events_are_taken_once(void)
                                "states: {n: {next: n + 1, when: \"q(x) < 0\"}}\n"
                                "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                                "forces: {f: {joint: x, force: -4*q(x)}}\nstart: {q: {x: 1}}\n";
-    scene s = scene_of(text);
+    loaded s = load_text(text);
     kempe_stepper *stepper = NULL;
     kempe_run_options run = options(&methods[0], 20, 1e-9);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
@@ -349,7 +349,7 @@ static void events_are_taken_once(void)
     CHECK(kempe_stepper_qd(stepper)[1] == 7); /* before 20 s: pi/4 + k pi, k = 0 .. 6 */
     CHECK_NEAR(kempe_stepper_q(stepper)[0], cos(40), 1e-6);
     kempe_stepper_free(stepper);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Static friction of 1 N under a force 2 t: the mass breaks away at 0.5 s, and slips against 0.5 N. By hand, with s
@@ -360,7 +360,7 @@ static void friction_breaks_away_once(void)
         "kempe: 1\n"
         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
         "forces: {f: {joint: x, force: 2*t}, rub: {joint: x, friction: {force: 0.5, static: 1}}}\n";
-    scene s = scene_of(text);
+    loaded s = load_text(text);
     kempe_stepper *stepper = NULL;
     kempe_run_options run = options(&methods[0], 1, 1e-9);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
@@ -375,7 +375,7 @@ static void friction_breaks_away_once(void)
     CHECK(kempe_stepper_time(stepper) == 1);
     CHECK_NEAR(kempe_stepper_q(stepper)[0], 1.0 / 24 + 1.0 / 16, 1e-10);
     kempe_stepper_free(stepper);
-    scene_free(&s);
+    unload(&s);
 }
 
 int main(void)

@@ -11,7 +11,7 @@ static const char rotor[] = "kempe: 1\ninputs: {u: {unit: N*m}}\n"
 static void one_radian_a_second(void)
 {
     static const double rates[] = {4, 20, 100, 1000};
-    scene s = scene_of(rotor);
+    loaded s = load_text(rotor);
     for (int m = 0; m < METHODS; m++)
         for (int r = 0; r < 4; r++) {
             kempe_stepper *stepper = NULL;
@@ -30,7 +30,7 @@ static void one_radian_a_second(void)
             CHECK(error < 5e-7);
             kempe_stepper_free(stepper);
         }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* -- linear systems under sampled control ------------------------------------------------------------- */
@@ -82,7 +82,7 @@ static double sample_time(int k)
 
 static void closed_loop(const plant *p, double q0)
 {
-    scene s = scene_of(p->text);
+    loaded s = load_text(p->text);
     for (int m = 0; m < METHODS; m++) {
         kempe_stepper *stepper = NULL;
         const double rtol = 1e-9;
@@ -112,7 +112,7 @@ static void closed_loop(const plant *p, double q0)
         CHECK(error < 10 * rtol * size);
         kempe_stepper_free(stepper);
     }
-    scene_free(&s);
+    unload(&s);
 }
 
 static void rotor_under_control(void)
@@ -196,7 +196,7 @@ static double balance(const double *q, const double *qd, const int at[2])
 }
 
 /* The model's motion under control against the digits, with coordinates `phi` and `x` at these places. */
-static void balanced(scene *s, const int at[2])
+static void balanced(loaded *s, const int at[2])
 {
     static double row[SAMPLES][COLUMNS];
     read_controlled(row);
@@ -224,24 +224,22 @@ static void balanced(scene *s, const int at[2])
 
 static void pole_on_a_cart(void)
 {
-    scene s = {.context = kempe_context_new()};
-    CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/cart_pole/cart_pole.yaml", &s.model) == KEMPE_OK);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
+    loaded s = load("examples/cart_pole/cart_pole.yaml");
     balanced(&s, (const int[]){0, 1});
-    scene_free(&s);
+    unload(&s);
 }
 
 /* The same pole moves by itself in the plane, and a closed loop holds its foot on the cart. */
 static void pole_in_a_closed_loop(void)
 {
-    scene s = scene_of("kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {unit: N}}\nbodies:\n"
-                       "  pole: {joint: {name: P, motions: [T1, T2, R3], at: ground}, mass: 0.3, com: [0, 0.4, 0], "
-                       "inertia: {zz: 0.016}, points: {foot: [0, 0, 0]}}\n"
-                       "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1.5, points: {pin: [0, 0, 0]}}\n"
-                       "loops: {pin: {ball: [cart.pin, pole.foot]}}\n"
-                       "forces: {push: {joint: x, force: u}}\nstart: {q: {P.3: 0.6}, hold: [P.3, x]}\n");
+    loaded s = load_text("kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {unit: N}}\nbodies:\n"
+                         "  pole: {joint: {name: P, motions: [T1, T2, R3], at: ground}, mass: 0.3, com: [0, 0.4, 0], "
+                         "inertia: {zz: 0.016}, points: {foot: [0, 0, 0]}}\n"
+                         "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1.5, points: {pin: [0, 0, 0]}}\n"
+                         "loops: {pin: {ball: [cart.pin, pole.foot]}}\n"
+                         "forces: {push: {joint: x, force: u}}\nstart: {q: {P.3: 0.6}, hold: [P.3, x]}\n");
     balanced(&s, (const int[]){3, 2});
-    scene_free(&s);
+    unload(&s);
 }
 
 /* A multistep method returns when its input has stopped to jump, and ends with its own steps. */
@@ -249,9 +247,9 @@ static void multistep_methods_return(void)
 {
     static const method multistep[] = {
         {"reduced", "newton", "adams"}, {"reduced", "newton", "bdf"}, {"dae", "stabilized1", "ida"}};
-    scene s = scene_of("kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {unit: N*m}}\n"
-                       "bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0, -1, 0]}}\n"
-                       "forces: {motor: {joint: A, torque: u}}\nstart: {q: {A: 1}}\n");
+    loaded s = load_text("kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {unit: N*m}}\n"
+                         "bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0, -1, 0]}}\n"
+                         "forces: {motor: {joint: A, torque: u}}\nstart: {q: {A: 1}}\n");
     for (int m = 0; m < 3; m++) {
         kempe_stepper *jumps = NULL, *alone = NULL;
         kempe_run_options run = options(&multistep[m], 100, 1e-8);
@@ -271,7 +269,7 @@ static void multistep_methods_return(void)
         kempe_stepper_free(jumps);
         kempe_stepper_free(alone);
     }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* -- drives, mistakes --------------------------------------------------------------------------- */
@@ -279,11 +277,11 @@ static void multistep_methods_return(void)
 /* A driven cart is accelerated by pieces: 0.5 a s^2 + v s in each. A jump of value or rate is refused. */
 static void driven(void)
 {
-    scene s = scene_of("kempe: 1\ninputs: {x: {unit: m}}\n"
-                       "bodies:\n  cart: {joint: {name: X, prismatic: x, at: ground}, mass: 1, inertia: {zz: 1}, "
-                       "points: {P: [0, 0, 0]}}\n"
-                       "  load: {joint: {name: A, revolute: z, at: cart.P}, mass: 1, com: [0, -1, 0]}\n"
-                       "gravity: [0, -9.81, 0]\ndrives: {d: {joint: X, displacement: x}}\n");
+    loaded s = load_text("kempe: 1\ninputs: {x: {unit: m}}\n"
+                         "bodies:\n  cart: {joint: {name: X, prismatic: x, at: ground}, mass: 1, inertia: {zz: 1}, "
+                         "points: {P: [0, 0, 0]}}\n"
+                         "  load: {joint: {name: A, revolute: z, at: cart.P}, mass: 1, com: [0, -1, 0]}\n"
+                         "gravity: [0, -9.81, 0]\ndrives: {d: {joint: X, displacement: x}}\n");
     for (int m = 0; m < METHODS; m++) {
         kempe_stepper *a = NULL;
         kempe_run_options run = options(&methods[m], 10, 1e-8);
@@ -303,12 +301,12 @@ static void driven(void)
         }
         kempe_stepper_free(a);
     }
-    scene_free(&s);
+    unload(&s);
 }
 
 static void mistakes(void)
 {
-    scene s = scene_of(rotor);
+    loaded s = load_text(rotor);
     kempe_stepper *a = NULL;
     kempe_run_options run = options(&methods[0], 1, 1e-8);
     CHECK(kempe_model_input_find(s.model, "u") == 0 && kempe_model_input_find(s.model, "v") == -1);
@@ -318,13 +316,13 @@ static void mistakes(void)
     CHECK(kempe_stepper_set_input(a, 0, NAN) == KEMPE_E_ARGUMENT);
     CHECK(isnan(kempe_stepper_input(a, 1)) && kempe_stepper_input(a, 0) == 0);
     kempe_stepper_free(a);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* An input that does not change costs no restart: the steps end at the samples, and no more evaluations are made. */
 static void equal_values_need_no_restart(void)
 {
-    scene s = scene_of(rotor);
+    loaded s = load_text(rotor);
     kempe_stepper *a = NULL, *b = NULL;
     kempe_run_options run = options(&methods[0], 2, 1e-8);
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
@@ -335,7 +333,7 @@ static void equal_values_need_no_restart(void)
     CHECK(kempe_stepper_work(a).rhs + 98 <= kempe_stepper_work(b).rhs);
     kempe_stepper_free(a);
     kempe_stepper_free(b);
-    scene_free(&s);
+    unload(&s);
 }
 
 int main(void)

@@ -1,32 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A run under the caller's control is the run that kempe_simulate makes. */
 #include "four_bar.h"
+#include "loaded.h"
 #include <kempe/build.h>
 #include <kempe/extend.h>
 #include <kempe/stepper.h>
 
 enum { N = 3, M = 2, ROWS = 40 };
 
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
-
-static scene scene_new(void)
+static loaded four_bar(void)
 {
-    scene s = {0};
-    s.context = kempe_context_new();
+    loaded s = {.context = kempe_context_new()};
     s.model = four_bar_new(s.context, FOUR_BAR_TORQUE);
-    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
-    return s;
-}
-
-static void scene_free(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    return load_finish(s);
 }
 
 static kempe_run_options settings(const char *formulation, const char *integrator)
@@ -58,7 +44,7 @@ static void check_row(const kempe_stepper *stepper, const kempe_trajectory *traj
 
 static void same_as_simulate(const char *formulation, const char *integrator)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings(formulation, integrator);
@@ -75,7 +61,7 @@ static void same_as_simulate(const char *formulation, const char *integrator)
     CHECK_TEXT(kempe_stepper_reason(stepper), "");
     kempe_stepper_free(stepper);
     kempe_trajectory_free(trajectory);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void reduced(void)
@@ -97,7 +83,7 @@ static void dae(void)
 /* Steps end where the integrator's do, whatever is looked at between. */
 static void single_steps(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *a = NULL, *b = NULL;
     kempe_run_options run = settings(NULL, NULL);
     int steps = 0;
@@ -121,13 +107,13 @@ static void single_steps(void)
     CHECK(kempe_stepper_time(a) == run.t_end);
     kempe_stepper_free(a);
     kempe_stepper_free(b);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Each call has its own reason: none after a success, another one after another failure. */
 static void reasons_are_of_the_last_call(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings("projected", NULL);
     double q[N], slow[N], fast[N];
@@ -154,7 +140,7 @@ static void reasons_are_of_the_last_call(void)
     CHECK(kempe_stepper_reset(stepper) == KEMPE_OK && kempe_stepper_advance(stepper, 0.01) == KEMPE_OK);
     CHECK_TEXT(kempe_stepper_reason(stepper), "");
     kempe_stepper_free(stepper);
-    scene_free(&s);
+    unload(&s);
 }
 
 static kempe_stepper *inner;
@@ -170,7 +156,7 @@ static int meddle(void *user, double t, const double *q, const double *qd, doubl
 
 static void steps_inside_a_step(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings(NULL, NULL);
     kempe_system_set_force(s.system, meddle, NULL);
@@ -181,13 +167,13 @@ static void steps_inside_a_step(void)
     CHECK(refusals > 0);
     inner = NULL;
     kempe_stepper_free(stepper);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* The texts of the options may be gone after the call: they are read when the stepper makes a run again. */
 static void options_that_are_gone(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *stepper = NULL, *other = NULL, *copy = NULL;
     char formulation[] = "dae", form[] = "stabilized1", integrator[] = "ida", linear[] = "klu", backend[] = "tape",
          points[] = "ignore", independent[] = "A";
@@ -221,22 +207,22 @@ static void options_that_are_gone(void)
     CHECK(memcmp(kempe_stepper_q(copy), kempe_stepper_q(other), N * sizeof(double)) == 0);
     kempe_stepper_free(copy);
     kempe_stepper_free(other);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void refused(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings("reducd", NULL);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_E_ARGUMENT && !stepper);
     CHECK(strlen(kempe_context_message(s.context)) > 0);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void interrupted(void)
 {
-    scene s = scene_new();
+    loaded s = four_bar();
     kempe_stepper *stepper = NULL;
     kempe_run_options run = settings(NULL, NULL);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
@@ -245,7 +231,7 @@ static void interrupted(void)
     CHECK_TEXT(kempe_stepper_reason(stepper), "interrupted");
     CHECK(kempe_stepper_time(stepper) > 0);
     kempe_stepper_free(stepper);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* -- inputs ------------------------------------------------------------------------------------------ */

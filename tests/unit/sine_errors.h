@@ -40,4 +40,33 @@ static inline double ulps(double value, long double exact)
     return (double)(fabsl((long double)value - exact) / (long double)ulp);
 }
 
+static const double odd_arguments[] = {0.0, -0.0, INFINITY, -INFINITY, NAN, 5e-324, 1e300, -1e5, 1e5, 1e5 + 1, M_PI_2};
+enum { ODD_ARGUMENTS = sizeof odd_arguments / sizeof *odd_arguments };
+
+/* Sines and cosines of n angles in `width` lanes, by the slots of angles, sines and cosines. */
+typedef void lanes_of_sines(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);
+
+/* The numbers of each width that differ from those of one lane, also beside values beyond the limit. */
+static inline int count_lanes_apart(lanes_of_sines *lanes, lanes_of_sines *one)
+{
+    static const uint32_t from[] = {1, 5}, to[] = {0, 3}, beside[] = {4, 2};
+    int differ = 0;
+    for (int trial = 0; trial < 200; trial++)
+        for (int width = 1; width <= 16; width++) {
+            double v[6 * 16], single[6];
+            for (int k = 0; k < 6 * width; k++)
+                v[k] = trial % 3 == 0 && uniform() < 0.3 ? odd_arguments[(int)(uniform() * ODD_ARGUMENTS)]
+                                                         : 20 * (uniform() - 0.5);
+            lanes(2, width, v, from, to, beside);
+            for (int l = 0; l < width; l++) {
+                for (int k = 0; k < 6; k++)
+                    single[k] = v[k * width + l];
+                one(2, 1, single, from, to, beside);
+                for (int k = 0; k < 6; k++)
+                    differ += !same(single[k], v[k * width + l]);
+            }
+        }
+    return differ;
+}
+
 #endif

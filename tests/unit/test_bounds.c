@@ -7,7 +7,6 @@
 #include "random.h"
 #include "random_graph.h"
 #include "symbolic/function_table.h"
-#include "symbolic/table_function.h"
 #include "testing.h"
 #include <math.h>
 

@@ -11,7 +11,6 @@
 #include "loaded.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
-#include "model/data/output.h"
 #include "model/data/output_table.h"
 #include "random_model.h"
 #include "studies/simulate/trajectory.h"

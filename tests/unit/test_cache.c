@@ -4,7 +4,6 @@
  * tests/cache_folders.py. */
 #include "base/cache/digest.h"
 #include "dynamics/motion.h"
-#include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "loaded.h"
 #include "model/data/model.h"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Cams: laws of motion, eccentric discs with each follower, forces, lift-off; closed forms, and digits by mpmath. */
+#include "compared_runs.h"
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/outline.h"
@@ -947,25 +948,10 @@ static void derivatives_follow_parameters(void)
     CHECK(s && s->count == 2 && s->columns == 3 && s->rows == 2);
     for (int p = 0; s && p < s->count; p++) {
         static const char *const outputs[] = {"q(lift)", "force(cam)", "pressure_angle(cam)"};
-        double x[2][3];
-        for (int side = 0; side < 2; side++) {
-            char value[32];
-            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
-            const kempe_setting set = {s->name[p], value};
-            loaded l = {.context = kempe_context_new()};
-            (void)kempe_model_read_text_set(l.context, model, "model.yaml", &set, 1, &l.model);
-            l = load_finish(l);
-            kempe_trajectory *run = simulate(&l, &ways[4], 0.01);
-            for (int o = 0; o < 3; o++)
-                x[side][o] = number_of(run, outputs[o], true);
-            kempe_trajectory_free(run);
-            unload(&l);
-        }
-        for (int o = 0; o < 3; o++) {
-            const double slope = (x[1][o] - x[0][o]) / (2e-4 * s->parameter[p]);
-            const double *row = s->cell + (s->rows - 1) * s->columns * (1 + s->count);
-            CHECK_NEAR(row[s->columns + o * s->count + p], slope, 1e-5 * (1e-3 + fabs(slope)));
-        }
+        double slope[3];
+        slopes_of_runs(s, p, model, 0.01, 3, outputs, slope);
+        for (int o = 0; o < 3; o++)
+            CHECK_NEAR(last_slope(s, p, o), slope[o], 1e-5 * (1e-3 + fabs(slope[o])));
     }
     kempe_sensitivity_free(s);
     kempe_context_free(context);

@@ -3,7 +3,6 @@
  * along both shafts with T tan(angle/2) across them. */
 #include "closed_form.h"
 #include "evaluated.h"
-#include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "ways.h"
 #include <math.h>

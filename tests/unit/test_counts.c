@@ -2,7 +2,6 @@
 /* Counting operations: signs, numbers kept as symbols, the steps of a vectorised program, forces and torques on bodies
  * as inputs. */
 #include "backend/machine.h"
-#include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"

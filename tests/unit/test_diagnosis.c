@@ -2,7 +2,6 @@
 /* ctest: slow once 6 */
 /* `check` as a doctor and the assembly modes, against plane trigonometry and what is known of the classical
  * overconstrained linkages. */
-#include "base/memory.h"
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"

@@ -11,7 +11,6 @@
 #include "model/data/closure_table.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
-#include "model/data/output.h"
 #include "random_model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"

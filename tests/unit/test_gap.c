@@ -2,7 +2,6 @@
 /* Rows of balls and rods by the shortest way: the values that differentiation gives, and fewer operations; and the
  * counting and the exchange of nodes that the choice rests on. */
 #include "dynamics/equations.h"
-#include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "random_model.h"
 #include "symbolic/cost.h"

@@ -3,7 +3,6 @@
  * closed form, against plane geometry, and against what scipy finds. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/goals.h"
-#include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "random.h"

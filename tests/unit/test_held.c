@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Balance of what is not held: a roller on an elastic floor, dropped from above it, against its closed form. */
 #include "analyses/equilibrium/equilibrium_study.h"
-#include "base/memory.h"
 #include "loaded.h"
 
 /* A roller that is pushed along, presses the floor by its weight and is dragged round by it against a brake: the floor

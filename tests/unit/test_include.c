@@ -3,7 +3,6 @@
 #include "derived.h"
 #include "dynamics/equations.h"
 #include "model/data/model.h"
-#include "model/data/output.h"
 #include "model/data/start.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on what closures transmit: M qdd + C(lambda) = J' lambda, against formulas and an integration of
  * its own, on all formulations. */
-#include "base/memory.h"
-#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/reduction.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"

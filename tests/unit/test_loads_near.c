@@ -4,7 +4,6 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/inverse/inverse_dynamics.h"
 #include "analyses/sensitivity/sensitivity_study.h"
-#include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "loaded.h"
 #include "testing.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Meshes: the same block in three formats, fine surfaces against the closed forms of shapes, meshes that are thinned.
  */
-#include "base/memory.h"
 #include "loaded.h"
 #include "model/data/body.h"
 #include "model/data/mesh.h"

@@ -5,7 +5,6 @@
 #include "analyses/modes/locus.h"
 #include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
-#include "base/memory.h"
 #include "base/text.h"
 #include "loaded.h"
 #include "model/data/body.h"

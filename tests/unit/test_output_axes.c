@@ -5,7 +5,6 @@
 #include "balance_of_body.h"
 #include "constraints/evaluation/evaluator.h"
 #include "model/read/read_values.h"
-#include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <math.h>
 

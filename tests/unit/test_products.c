@@ -2,7 +2,6 @@
 /* Products M x in place of M: long mechanisms with loops and few independent coordinates are run without M. The
  * products equal those with M, in space too, with redundant rows, drives, and forces of a program; and the operations
  * grow with the bodies. */
-#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"

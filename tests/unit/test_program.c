@@ -8,7 +8,6 @@
 #include "random_graph.h"
 #include "symbolic/function_table.h"
 #include "symbolic/program.h"
-#include "symbolic/shorten.h"
 #include "testing.h"
 
 #if defined(__linux__) && defined(__GLIBC__)

@@ -3,7 +3,6 @@
  * and Bennett's four-bar cut at one hinge. The margin is held against singular values, rows that a formulation cannot
  * complete against its own. */
 #include "base/memory.h"
-#include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"

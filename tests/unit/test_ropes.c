@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ropes over sheaves and from drums: paths, tensions and motions by closed forms. */
+#include "compared_runs.h"
 #include "linalg/dense/dot.h"
-#include "model/data/rope.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
@@ -29,13 +29,6 @@ static double at_start(const kempe_trajectory *run, const char *output)
 {
     double x;
     show(run, output, false, 1, &x);
-    return x;
-}
-
-static double at_end(const kempe_trajectory *run, const char *output)
-{
-    double x;
-    show(run, output, true, 1, &x);
     return x;
 }
 
@@ -904,26 +897,11 @@ static void derivatives_follow_parameters(void)
                                               "q(hx), q(hz), q(z), tension(fall), length(fall)", "radau", 0.3, 0);
         CHECK(s && s->count == 3 && s->columns == 5 && s->rows == 2);
         for (int p = 0; s && p < s->count; p++) {
-            double x[2][5];
-            for (int side = 0; side < 2; side++) {
-                char value[32];
-                (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
-                const kempe_setting set = {s->name[p], value};
-                loaded l = {.context = kempe_context_new()};
-                (void)kempe_model_read_text_set(l.context, model, "model.yaml", &set, 1, &l.model);
-                l = load_finish(l);
-                kempe_trajectory *run = simulate(&l, &ways[4], 0.3);
-                for (int o = 0; o < 5; o++)
-                    x[side][o] = at_end(run, outputs[o]);
-                kempe_trajectory_free(run);
-                unload(&l);
-            }
-            for (int o = 0; o < 5; o++) {
-                const double slope = (x[1][o] - x[0][o]) / (2e-4 * s->parameter[p]);
-                const double *row = s->cell + (s->rows - 1) * s->columns * (1 + s->count);
-                CHECK_NEAR(row[s->columns + o * s->count + p], slope, 1e-5 * (1 + fabs(slope)));
-                CHECK(o > 0 || fabs(slope) > 1e-5);
-            }
+            double slope[5];
+            slopes_of_runs(s, p, model, 0.3, 5, outputs, slope);
+            for (int o = 0; o < 5; o++)
+                CHECK_NEAR(last_slope(s, p, o), slope[o], 1e-5 * (1 + fabs(slope[o])));
+            CHECK(fabs(slope[0]) > 1e-5);
         }
         kempe_sensitivity_free(s);
         kempe_context_free(context);
@@ -944,23 +922,12 @@ static void derivatives_pass_layers(void)
     kempe_sensitivity *s = sensitivity_of("forward", context, text, "q(drum)", "radau", 0.8, 0);
     CHECK(s && s->count == 2 && s->columns == 1 && s->rows == 2);
     for (int p = 0; s && p < s->count; p++) {
-        double x[2];
-        for (int side = 0; side < 2; side++) {
-            char value[32];
-            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
-            const kempe_setting set = {s->name[p], value};
-            loaded l = {.context = kempe_context_new()};
-            (void)kempe_model_read_text_set(l.context, text, "model.yaml", &set, 1, &l.model);
-            l = load_finish(l);
-            kempe_trajectory *run = simulate(&l, &ways[4], 0.8);
-            x[side] = at_end(run, "q(drum)");
-            CHECK(x[side] < -9.5);
-            kempe_trajectory_free(run);
-            unload(&l);
-        }
-        const double slope = (x[1] - x[0]) / (2e-4 * s->parameter[p]);
-        CHECK_NEAR(s->cell[(s->rows - 1) * s->columns * (1 + s->count) + s->columns + p], slope, 1e-6 * fabs(slope));
+        static const char *const output = "q(drum)";
+        double slope;
+        slopes_of_runs(s, p, text, 0.8, 1, &output, &slope);
+        CHECK_NEAR(last_slope(s, p, 0), slope, 1e-6 * fabs(slope));
     }
+    CHECK(s && s->cell[(s->rows - 1) * s->columns * (1 + s->count)] < -9.5);
     kempe_sensitivity_free(s);
     kempe_context_free(context);
 }
@@ -973,32 +940,7 @@ static void instances_are_runs(void)
     for (int c = 0; c < 2; c++) {
         char model[2048];
         (void)snprintf(model, sizeof model, FALLS, falls[c]);
-        loaded l = load_text(model);
-        const kempe_run_options options = {.t_end = 0.3, .rtol = 1e-10};
-        kempe_values *set = NULL;
-        kempe_ensemble *e = NULL;
-        kempe_ensemble_result *batch = NULL;
-        CHECK(l.model && kempe_values_new(l.model, 2, names, 5, values, &set) == KEMPE_OK &&
-              kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
-              kempe_ensemble_run(e, &options, 0, &batch) == KEMPE_OK);
-        for (int k = 0; k < 5 && batch; k++) {
-            char value[2][32];
-            for (int i = 0; i < 2; i++)
-                (void)snprintf(value[i], sizeof value[i], "%.17g", values[2 * k + i]);
-            const kempe_setting settings[] = {{"r", value[0]}, {"load", value[1]}};
-            loaded one = {.context = kempe_context_new()};
-            (void)kempe_model_read_text_set(one.context, model, "model.yaml", settings, 2, &one.model);
-            one = load_finish(one);
-            kempe_trajectory *run = simulate(&one, &ways[4], 0.3);
-            for (int i = 0; i < 4; i++)
-                CHECK_NEAR(kempe_ensemble_result_q(batch, k)[i], last_q(run)[i], 1e-7);
-            kempe_trajectory_free(run);
-            unload(&one);
-        }
-        kempe_ensemble_result_free(batch);
-        kempe_ensemble_free(e);
-        kempe_values_free(set);
-        unload(&l);
+        instances_are_runs_of(model, names, values, 4);
     }
 }
 

@@ -3,11 +3,9 @@
 /* wings: exchange */
 /* Drawings whose closures are redundant but for their last digit: taken as the mechanism that is meant, on every
  * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */
-#include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
-#include "integrators/run/run.h"
 #include "loaded.h"
 #include "model/data/start.h"
 #include "studies/simulate/trajectory.h"

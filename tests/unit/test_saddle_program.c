@@ -5,7 +5,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program.h"
-#include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"

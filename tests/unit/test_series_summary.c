@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Extreme values, mean and root mean square of curves with known ones. */
 #include "analyses/parts/series_summary.h"
-#include "output/samples.h"
 #include "testing.h"
 
 enum { ROWS = 4001 };

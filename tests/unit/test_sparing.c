@@ -5,7 +5,6 @@
  * program; rows without rates, accelerations and multipliers are the rows with them. */
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/projected.h"
 #include "integrators/run/methods.h"

@@ -5,6 +5,7 @@
 /* wings: road analyses ensemble */
 #include "base/context.h"
 #include "base/memory.h"
+#include "compared_runs.h"
 #include "sensitivity_of.h"
 #include "ways.h"
 #include <kempe/ensemble.h>
@@ -26,13 +27,6 @@ static void show(const kempe_trajectory *run, const char *output, int count, boo
     for (int k = 0; k < count; k++)
         x[k] = table ? kempe_table_number(table, row, 1 + k) : NAN;
     kempe_table_free(table);
-}
-
-static double at_end(const kempe_trajectory *run, const char *output)
-{
-    double x;
-    show(run, output, 1, true, &x);
-    return x;
 }
 
 /* A wheel of five coordinates over a plane, at a vertical force and slips. */
@@ -372,26 +366,11 @@ static void differences_agree(const char *text, double t_end)
     kempe_sensitivity *s = sensitivity_of("forward", context, text, "q(x), q(z), q(spin)", "radau", t_end, 0);
     CHECK(s && s->count == 3 && s->columns == 3 && s->rows == 2);
     for (int p = 0; s && p < s->count; p++) {
-        double x[2][3];
-        for (int side = 0; side < 2; side++) {
-            char value[32];
-            (void)snprintf(value, sizeof value, "%.17g", s->parameter[p] * (1 + (side ? 1e-4 : -1e-4)));
-            const kempe_setting set = {s->name[p], value};
-            loaded l = {.context = kempe_context_new()};
-            (void)kempe_model_read_text_set(l.context, text, "model.yaml", &set, 1, &l.model);
-            l = load_finish(l);
-            kempe_trajectory *run = simulate(&l, &ways[4], t_end);
-            for (int o = 0; o < 3; o++)
-                x[side][o] = at_end(run, outputs[o]);
-            kempe_trajectory_free(run);
-            unload(&l);
-        }
-        for (int o = 0; o < 3; o++) {
-            const double slope = (x[1][o] - x[0][o]) / (2e-4 * s->parameter[p]);
-            const double *row = s->cell + (s->rows - 1) * s->columns * (1 + s->count);
-            CHECK_NEAR(row[s->columns + o * s->count + p] * s->parameter[p], slope * s->parameter[p], 1e-5);
-            CHECK(o < 2 || fabs(slope * s->parameter[p]) > 1e-6);
-        }
+        double slope[3];
+        slopes_of_runs(s, p, text, t_end, 3, outputs, slope);
+        for (int o = 0; o < 3; o++)
+            CHECK_NEAR(last_slope(s, p, o) * s->parameter[p], slope[o] * s->parameter[p], 1e-5);
+        CHECK(fabs(slope[2] * s->parameter[p]) > 1e-6);
     }
     kempe_sensitivity_free(s);
     kempe_context_free(context);
@@ -435,31 +414,7 @@ static void instances_are_runs(void)
 {
     static const char *const names[] = {"Cz", "mu"};
     static const double values[] = {2e5, 0.9, 1.8e5, 0.8, 2.2e5, 0.7, 1.9e5, 1, 2.1e5, 0.6};
-    loaded l = load_text(CORNER);
-    const kempe_run_options options = {.t_end = 0.3, .rtol = 1e-10};
-    kempe_values *set = NULL;
-    kempe_ensemble *e = NULL;
-    kempe_ensemble_result *batch = NULL;
-    CHECK(l.model && kempe_values_new(l.model, 2, names, 5, values, &set) == KEMPE_OK &&
-          kempe_ensemble_new(l.model, set, &e) == KEMPE_OK && kempe_ensemble_run(e, &options, 0, &batch) == KEMPE_OK);
-    for (int k = 0; k < 5 && batch; k++) {
-        char value[2][32];
-        for (int i = 0; i < 2; i++)
-            (void)snprintf(value[i], sizeof value[i], "%.17g", values[2 * k + i]);
-        const kempe_setting settings[] = {{"Cz", value[0]}, {"mu", value[1]}};
-        loaded one = {.context = kempe_context_new()};
-        (void)kempe_model_read_text_set(one.context, CORNER, "model.yaml", settings, 2, &one.model);
-        one = load_finish(one);
-        kempe_trajectory *run = simulate(&one, &ways[4], 0.3);
-        for (int i = 0; i < 4; i++)
-            CHECK_NEAR(kempe_ensemble_result_q(batch, k)[i], last_q(run)[i], 1e-7);
-        kempe_trajectory_free(run);
-        unload(&one);
-    }
-    kempe_ensemble_result_free(batch);
-    kempe_ensemble_free(e);
-    kempe_values_free(set);
-    unload(&l);
+    instances_are_runs_of(CORNER, names, values, 4);
 }
 
 /* A wheel of 100 kg stands: its deflection is m g/C. */

@@ -6,8 +6,6 @@
  * lanes. */
 #include "analyses/derivatives/varied_lanes.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/evaluator.h"
-#include "dynamics/motion.h"
 #include "loaded.h"
 #include "model/data/parameter.h"
 #include "model/data/variant.h"

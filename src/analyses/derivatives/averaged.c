@@ -10,7 +10,6 @@
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
-#include "dynamics/load_dependent.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

@@ -10,7 +10,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
 #include <float.h>

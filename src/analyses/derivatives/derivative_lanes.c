@@ -3,7 +3,6 @@
  * programs of derivatives in all lanes, with these accelerations. */
 #include "analyses/derivatives/derivative_lanes.h"
 #include "analyses/derivatives/state_derivatives.h"
-#include "constraints/evaluation/evaluator.h"
 #include <string.h>
 
 /* States before the lanes are prepared: see state_workspace.c. */

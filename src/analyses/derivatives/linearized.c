@@ -12,7 +12,6 @@
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/few_tangents.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/body.h"
 #include "model/data/state.h"

@@ -126,11 +126,9 @@ kempe_status kempe_workspace_add_determinant(kempe_workspace *ws)
         return KEMPE_OK;
     ws->message[0] = '\0';
     kmp_context_clear(ws->system->context);
-    if (!ws->chosen) {
-        (void)kmp_workspace_fail(ws, "the determinant of the loops does not exist, because the start cannot be "
-                                     "assembled");
-        return KEMPE_E_ARGUMENT;
-    }
+    if (!ws->chosen)
+        return KMP_WORKSPACE_REFUSE(ws, "the determinant of the loops does not exist, because the start cannot be "
+                                        "assembled");
     KMP_MAKE(ws->system->context, determinant, d);
     *d = (determinant){.n = ws->n, .m = ws->m, .p = ws->part.p, .r = ws->part.r};
     const kempe_status status = prepare(ws, d);
@@ -254,9 +252,20 @@ static kempe_status determinant_at(kempe_workspace *ws, determinant *d, double t
     return KEMPE_OK;
 }
 
-static double *row_of(double *rows, int size, int state)
+/* Arguments of a call for many states. */
+typedef struct determinant_rows {
+    const double *t, *q;
+    int step; /* of t */
+    double *logarithm, *by_u, *by_uu;
+} determinant_rows;
+
+static kempe_status visit_state(kempe_workspace *ws, const void *self, int k, int count, int *done)
 {
-    return rows ? rows + (ptrdiff_t)size * state : NULL;
+    const determinant_rows *in = self;
+    determinant *d = ws->determinant.self;
+    (void)count, (void)done;
+    return determinant_at(ws, d, in->t[in->step ? k : 0], kmp_row_at(in->q, d->n, k), kmp_row_at(in->logarithm, 1, k),
+                          kmp_row_at(in->by_u, d->p, k), kmp_row_at(in->by_uu, d->p * d->p, k));
 }
 
 kempe_status kempe_workspace_determinant_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -267,23 +276,8 @@ kempe_status kempe_workspace_determinant_states(kempe_workspace *ws, int count, 
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_count(ws, count));
-    determinant *d = ws->determinant.self;
-    if (!d) {
-        (void)kmp_workspace_fail(ws, "determinants are not prepared: call kempe_workspace_add_determinant first");
-        return KEMPE_E_ARGUMENT;
-    }
-    const bool before = kmp_interrupt_taken(ws->system->context);
-    kempe_status status = KEMPE_OK;
-    int k = 0;
-    ws->message[0] = '\0';
-    ws->visits = true;
-    for (; k < count && status == KEMPE_OK; k++)
-        status = kmp_workspace_interrupted(ws, before, k, count, "states")
-                     ? KEMPE_STOPPED
-                     : determinant_at(ws, d, t[t_step ? k : 0], q + (ptrdiff_t)k * d->n, row_of(logarithm, 1, k),
-                                      row_of(by_u, d->p, k), row_of(by_uu, d->p * d->p, k));
-    ws->visits = false;
-    if (failed)
-        *failed = status == KEMPE_OK ? -1 : k - 1;
-    return status;
+    if (!ws->determinant.self)
+        return KMP_WORKSPACE_REFUSE(ws, "determinants are not prepared: call kempe_workspace_add_determinant first");
+    return kmp_workspace_visit(ws, count, visit_state, &(determinant_rows){t, q, t_step, logarithm, by_u, by_uu},
+                               failed);
 }

@@ -6,7 +6,6 @@
 #include "analyses/derivatives/state_derivatives.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/partition/small_change.h"
@@ -158,10 +157,8 @@ static kempe_status add_names(kempe_workspace *ws, int count, const char *const 
     release_names(d);
     for (int k = 0; k < count; k++)
         for (int before = 0; before <= k; before++)
-            if (!names[k] || (before < k && strcmp(names[before], names[k]) == 0)) {
-                (void)kmp_workspace_fail(ws, names[k] ? "'%s' is given twice" : "a name is NULL", names[k]);
-                return KEMPE_E_ARGUMENT;
-            }
+            if (!names[k] || (before < k && strcmp(names[before], names[k]) == 0))
+                return KMP_WORKSPACE_REFUSE(ws, names[k] ? "'%s' is given twice" : "a name is NULL", names[k]);
     const bool more = count > 0 || outputs;
     d->name = KMP_ARENA_NEW(&d->output_arena, const char *, count);
     for (int k = 0; d->name && k < count; k++)
@@ -206,8 +203,7 @@ kempe_status kmp_derivatives_prepared(kempe_workspace *ws)
 {
     if (ws->derivatives.self)
         return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
-    return KEMPE_E_ARGUMENT;
+    return KMP_WORKSPACE_REFUSE(ws, "derivatives are not prepared: call kempe_workspace_add_derivatives first");
 }
 
 int kempe_workspace_name_count(const kempe_workspace *ws)
@@ -347,11 +343,6 @@ typedef struct columns_by {
     double *accelerations, *lambda, *y, *q, *qd;
 } columns_by;
 
-static double *column_of(double *matrix, int rows, int column)
-{
-    return matrix ? matrix + (ptrdiff_t)column * rows : NULL;
-}
-
 /* Lanes [lane, end) of a group belong to columns of one kind, the first of them number `column`. */
 typedef struct lanes_of {
     const columns_by *by;
@@ -435,7 +426,7 @@ static void put_outputs(kempe_workspace *ws, const lanes_of *of, bool closed)
         kmp_direction_lanes_put(x, n, NULL, x->qdd, l, 1, d->x);
         kmp_direction_lanes_put(x, ws->m, NULL, x->lambda, l, 1, d->a);
         d->unit[named ? 0 : column] = 1;
-        kmp_derivatives_of_outputs(ws, &change, column_of(of->by->y, d->outputs, column));
+        kmp_derivatives_of_outputs(ws, &change, kmp_row_at(of->by->y, d->outputs, column));
         d->unit[named ? 0 : column] = 0;
     }
 }
@@ -447,15 +438,15 @@ static void put_lanes(kempe_workspace *ws, const lanes_of *of, bool closed)
     const columns_by *by = of->by;
     const int n = ws->n, m = ws->m, p = ws->part.p, count = of->end - of->lane, column = of->column;
     if (by->accelerations && closed)
-        kmp_direction_lanes_put(x, p, x->place, x->udd, of->lane, count, column_of(by->accelerations, p, column));
+        kmp_direction_lanes_put(x, p, x->place, x->udd, of->lane, count, kmp_row_at(by->accelerations, p, column));
     else if (by->accelerations)
-        kmp_direction_lanes_put(x, n, NULL, x->qdd, of->lane, count, column_of(by->accelerations, n, column));
+        kmp_direction_lanes_put(x, n, NULL, x->qdd, of->lane, count, kmp_row_at(by->accelerations, n, column));
     if (by->lambda && m > 0)
-        kmp_direction_lanes_put(x, m, NULL, x->lambda, of->lane, count, column_of(by->lambda, m, column));
+        kmp_direction_lanes_put(x, m, NULL, x->lambda, of->lane, count, kmp_row_at(by->lambda, m, column));
     if (by->q)
-        kmp_direction_lanes_put(x, n, NULL, x->dq, of->lane, count, column_of(by->q, n, column));
+        kmp_direction_lanes_put(x, n, NULL, x->dq, of->lane, count, kmp_row_at(by->q, n, column));
     if (by->qd)
-        kmp_direction_lanes_put(x, n, NULL, x->dqd, of->lane, count, column_of(by->qd, n, column));
+        kmp_direction_lanes_put(x, n, NULL, x->dqd, of->lane, count, kmp_row_at(by->qd, n, column));
     if (by->y)
         put_outputs(ws, of, closed);
 }
@@ -534,14 +525,14 @@ static void derive_closed(kempe_workspace *ws, const kmp_derivative_point *point
     for (int j = 0; out->udd_Q && !point->reduced && j < n; j++) {
         d->unit[j] = 1;
         kmp_derivatives_respond(ws, point, &(kmp_state_change){.Q = d->unit, .name = -1});
-        take_independent(ws, column_of(out->udd_Q, p, j));
+        take_independent(ws, kmp_row_at(out->udd_Q, p, j));
         d->unit[j] = 0;
     }
     for (int j = 0; out->udd_Q && point->reduced && j < n; j += KMP_DIRECTIONS) {
         const int count = n - j < KMP_DIRECTIONS ? n - j : KMP_DIRECTIONS;
         kmp_direction_lanes_begin(&d->lanes, count, false);
         kmp_direction_lanes_press(&d->lanes, j, count);
-        kmp_direction_lanes_put(&d->lanes, p, d->lanes.place, d->lanes.udd, 0, count, column_of(out->udd_Q, p, j));
+        kmp_direction_lanes_put(&d->lanes, p, d->lanes.place, d->lanes.udd, 0, count, kmp_row_at(out->udd_Q, p, j));
     }
 }
 
@@ -608,29 +599,23 @@ kempe_status kempe_workspace_forward_derivatives(kempe_workspace *ws, double t, 
     return KEMPE_OK;
 }
 
-/* The places of a state in rows of `size` numbers each. */
-static double *place_of(double *rows, int size, int state)
-{
-    return rows ? rows + (ptrdiff_t)size * state : NULL;
-}
-
 static kempe_workspace_derivatives places_of(const kempe_workspace *ws, const kempe_workspace_derivatives *rows, int k)
 {
     const int n = ws->n, m = ws->m, p = kempe_workspace_independent_count(ws), names = kempe_workspace_name_count(ws),
               outputs = kempe_workspace_output_count(ws);
     return (kempe_workspace_derivatives){
-        place_of(rows->qdd_q, n * n, k),         place_of(rows->qdd_qd, n * n, k),
-        place_of(rows->qdd_Q, n * n, k),         place_of(rows->lambda_q, m * n, k),
-        place_of(rows->lambda_qd, m * n, k),     place_of(rows->lambda_Q, m * n, k),
-        place_of(rows->udd_u, p * p, k),         place_of(rows->udd_ud, p * p, k),
-        place_of(rows->udd_Q, p * n, k),         place_of(rows->q_u, n * p, k),
-        place_of(rows->qd_u, n * p, k),          place_of(rows->qdd_p, n * names, k),
-        place_of(rows->lambda_p, m * names, k),  place_of(rows->udd_p, p * names, k),
-        place_of(rows->q_p, n * names, k),       place_of(rows->qd_p, n * names, k),
-        place_of(rows->y, outputs, k),           place_of(rows->y_q, outputs * n, k),
-        place_of(rows->y_qd, outputs * n, k),    place_of(rows->y_Q, outputs * n, k),
-        place_of(rows->y_p, outputs * names, k), place_of(rows->y_u, outputs * p, k),
-        place_of(rows->y_ud, outputs * p, k),    place_of(rows->y_up, outputs * names, k)};
+        kmp_row_at(rows->qdd_q, n * n, k),         kmp_row_at(rows->qdd_qd, n * n, k),
+        kmp_row_at(rows->qdd_Q, n * n, k),         kmp_row_at(rows->lambda_q, m * n, k),
+        kmp_row_at(rows->lambda_qd, m * n, k),     kmp_row_at(rows->lambda_Q, m * n, k),
+        kmp_row_at(rows->udd_u, p * p, k),         kmp_row_at(rows->udd_ud, p * p, k),
+        kmp_row_at(rows->udd_Q, p * n, k),         kmp_row_at(rows->q_u, n * p, k),
+        kmp_row_at(rows->qd_u, n * p, k),          kmp_row_at(rows->qdd_p, n * names, k),
+        kmp_row_at(rows->lambda_p, m * names, k),  kmp_row_at(rows->udd_p, p * names, k),
+        kmp_row_at(rows->q_p, n * names, k),       kmp_row_at(rows->qd_p, n * names, k),
+        kmp_row_at(rows->y, outputs, k),           kmp_row_at(rows->y_q, outputs * n, k),
+        kmp_row_at(rows->y_qd, outputs * n, k),    kmp_row_at(rows->y_Q, outputs * n, k),
+        kmp_row_at(rows->y_p, outputs * names, k), kmp_row_at(rows->y_u, outputs * p, k),
+        kmp_row_at(rows->y_ud, outputs * p, k),    kmp_row_at(rows->y_up, outputs * names, k)};
 }
 
 /* Arguments of a call for many states. */
@@ -639,6 +624,7 @@ typedef struct derived_rows {
     int step; /* of t */
     double *qdd, *lambda;
     const kempe_workspace_derivatives *out;
+    bool lanes;
 } derived_rows;
 
 /* Derivatives at a group of states from number k on, in lanes. false: nothing was done. */
@@ -652,10 +638,24 @@ static bool derive_group(kempe_workspace *ws, const derived_rows *in, int k, int
         kmp_derivative_point point;
         const kempe_workspace_derivatives out = places_of(ws, in->out, k + l);
         kmp_derivative_lanes_take(ws, in->q + at, in->qd + at, l, k + l + 1 == count, &point);
-        put_derivatives(ws, &point, in->qdd + at + (ptrdiff_t)l * ws->n, place_of(in->lambda, ws->m, k + l), &out);
+        put_derivatives(ws, &point, in->qdd + at + (ptrdiff_t)l * ws->n, kmp_row_at(in->lambda, ws->m, k + l), &out);
         kmp_derivative_lanes_give_back(ws, l);
     }
     return true;
+}
+
+static kempe_status visit_state(kempe_workspace *ws, const void *self, int k, int count, int *done)
+{
+    const derived_rows *in = self;
+    if (in->lanes && count - k >= KMP_STAGE_LANES && derive_group(ws, in, k, count)) {
+        *done = KMP_STAGE_LANES;
+        return KEMPE_OK;
+    }
+    const int n = ws->n;
+    const kempe_workspace_derivatives out = places_of(ws, in->out, k);
+    return kempe_workspace_forward_derivatives(ws, in->t[in->step ? k : 0], kmp_row_at(in->q, n, k),
+                                               kmp_row_at(in->qd, n, k), kmp_row_at(in->Q, n, k),
+                                               kmp_row_at(in->qdd, n, k), kmp_row_at(in->lambda, ws->m, k), &out);
 }
 
 kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -667,33 +667,8 @@ kempe_status kempe_workspace_derivative_states(kempe_workspace *ws, int count, c
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_check_count(ws, count));
-    const derived_rows in = {t, q, qd, Q, t_step, qdd, lambda, rows};
-    const bool lanes = kmp_derivative_lanes_by(ws, count);
-    kempe_status status = KEMPE_OK;
-    int k = 0;
-    const bool before = kmp_interrupt_taken(ws->system->context);
-    ws->message[0] = '\0';
-    ws->visits = true;
-    while (k < count && status == KEMPE_OK) {
-        if (kmp_workspace_interrupted(ws, before, k, count, "states")) {
-            status = KEMPE_STOPPED;
-            k++;
-            break;
-        }
-        if (lanes && count - k >= KMP_STAGE_LANES && derive_group(ws, &in, k, count)) {
-            k += KMP_STAGE_LANES;
-            continue;
-        }
-        const ptrdiff_t at = (ptrdiff_t)k * ws->n;
-        const kempe_workspace_derivatives out = places_of(ws, rows, k);
-        status = kempe_workspace_forward_derivatives(ws, t[t_step ? k : 0], q + at, qd + at, Q ? Q + at : NULL,
-                                                     qdd + at, place_of(lambda, ws->m, k), &out);
-        k++;
-    }
-    ws->visits = false;
-    if (failed)
-        *failed = status == KEMPE_OK ? -1 : k - 1;
-    return status;
+    const derived_rows in = {t, q, qd, Q, t_step, qdd, lambda, rows, kmp_derivative_lanes_by(ws, count)};
+    return kmp_workspace_visit(ws, count, visit_state, &in, failed);
 }
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */

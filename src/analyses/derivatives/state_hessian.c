@@ -174,20 +174,14 @@ static kempe_status check(kempe_workspace *ws, int count, const kempe_state_dire
     const kmp_state_derivatives *d = ws->derivatives.self;
     bool all = false;
     *closed = false;
-    if (!d->curved) {
-        (void)kmp_workspace_fail(ws, "Hessians are not prepared: call kempe_workspace_add_hessians first");
-        return KEMPE_E_ARGUMENT;
-    }
-    if (count < 0) {
-        (void)kmp_workspace_fail(ws, "a number of directions is negative: %d", count);
-        return KEMPE_E_ARGUMENT;
-    }
+    if (!d->curved)
+        return KMP_WORKSPACE_REFUSE(ws, "Hessians are not prepared: call kempe_workspace_add_hessians first");
+    if (count < 0)
+        return KMP_WORKSPACE_REFUSE(ws, "a number of directions is negative: %d", count);
     for (int k = 0; k < count; k++) {
-        if (direction[k].p) {
-            (void)kmp_workspace_fail(ws,
-                                     "Hessians exist along directions of coordinates, rates and Q only: leave out p");
-            return KEMPE_E_ARGUMENT;
-        }
+        if (direction[k].p)
+            return KMP_WORKSPACE_REFUSE(
+                ws, "Hessians exist along directions of coordinates, rates and Q only: leave out p");
         all = all || direction[k].q || direction[k].qd;
         *closed = *closed || direction[k].u || direction[k].ud;
         KMP_TRY(kmp_derivatives_check_direction(ws, &direction[k]));
@@ -203,9 +197,29 @@ kempe_status kempe_workspace_forward_hessian(kempe_workspace *ws, double t, cons
     return kempe_workspace_hessian_states(ws, 1, &t, 0, q, qd, Q, weight, count, directions, hessian, NULL);
 }
 
-static const double *row_of(const double *rows, int size, int state)
+/* Arguments of a call for many states. */
+typedef struct hessian_rows {
+    const double *t, *q, *qd, *Q;
+    int step; /* of t */
+    const kempe_forward_values *weights;
+    int directions;
+    const kempe_state_direction *direction;
+    bool closed;
+    double *hessians;
+} hessian_rows;
+
+static kempe_status visit_state(kempe_workspace *ws, const void *self, int k, int count, int *done)
 {
-    return rows ? rows + (ptrdiff_t)size * state : NULL;
+    const hessian_rows *in = self;
+    const kempe_forward_values *all = in->weights;
+    const int n = ws->n;
+    const kempe_forward_values weight = {kmp_row_at(all->qdd, n, k), kmp_row_at(all->lambda, ws->m, k),
+                                         kmp_row_at(all->y, kempe_workspace_output_count(ws), k),
+                                         kmp_row_at(all->q, n, k), kmp_row_at(all->qd, n, k)};
+    (void)count, (void)done;
+    return derive_at(ws, in->t[in->step ? k : 0], kmp_row_at(in->q, n, k), kmp_row_at(in->qd, n, k),
+                     kmp_row_at(in->Q, n, k), &weight, in->directions, in->direction, in->closed,
+                     kmp_row_at(in->hessians, in->directions * in->directions, k));
 }
 
 kempe_status kempe_workspace_hessian_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -221,28 +235,6 @@ kempe_status kempe_workspace_hessian_states(kempe_workspace *ws, int count, cons
     KMP_TRY(kmp_workspace_check_count(ws, count));
     bool closed;
     KMP_TRY(check(ws, direction_count, directions, &closed));
-    const int n = ws->n, m = ws->m, outputs = kempe_workspace_output_count(ws);
-    const bool before = kmp_interrupt_taken(ws->system->context);
-    kempe_status status = KEMPE_OK;
-    int k = 0;
-    ws->message[0] = '\0';
-    ws->visits = true;
-    for (; k < count && status == KEMPE_OK; k++) {
-        if (kmp_workspace_interrupted(ws, before, k, count, "states")) {
-            status = KEMPE_STOPPED;
-            k++;
-            break;
-        }
-        const kempe_forward_values weight = {(double *)row_of(weights->qdd, n, k),
-                                             (double *)row_of(weights->lambda, m, k),
-                                             (double *)row_of(weights->y, outputs, k),
-                                             (double *)row_of(weights->q, n, k), (double *)row_of(weights->qd, n, k)};
-        status =
-            derive_at(ws, t[t_step ? k : 0], row_of(q, n, k), row_of(qd, n, k), row_of(Q, n, k), &weight,
-                      direction_count, directions, closed, hessians + (ptrdiff_t)direction_count * direction_count * k);
-    }
-    ws->visits = false;
-    if (failed)
-        *failed = status == KEMPE_OK ? -1 : k - 1;
-    return status;
+    const hessian_rows in = {t, q, qd, Q, t_step, weights, direction_count, directions, closed, hessians};
+    return kmp_workspace_visit(ws, count, visit_state, &in, failed);
 }

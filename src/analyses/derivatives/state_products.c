@@ -14,9 +14,8 @@ kempe_status kmp_derivatives_refuse_both(kempe_workspace *ws, bool all, bool clo
 {
     if (!all || !closed)
         return KEMPE_OK;
-    (void)kmp_workspace_fail(ws, "q and qd change with u and ud: give changes of all coordinates, or of the "
-                                 "independent ones");
-    return KEMPE_E_ARGUMENT;
+    return KMP_WORKSPACE_REFUSE(ws, "q and qd change with u and ud: give changes of all coordinates, or of the "
+                                    "independent ones");
 }
 
 static bool given(kempe_workspace *ws, const double *q, const double *qd, const void *direction)
@@ -66,16 +65,13 @@ kempe_status kmp_derivatives_check_weights(kempe_workspace *ws, const kempe_forw
 
 static void put_values(const kempe_workspace *ws, const kmp_derivative_point *point, const kempe_forward_values *value)
 {
-    if (value && value->qdd)
-        memcpy(value->qdd, ws->answer, (size_t)ws->n * sizeof *value->qdd);
-    if (value && value->lambda)
-        memcpy(value->lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *value->lambda);
-    if (value && value->q)
-        memcpy(value->q, ws->q, (size_t)ws->n * sizeof *value->q);
-    if (value && value->qd)
-        memcpy(value->qd, ws->qd, (size_t)ws->n * sizeof *value->qd);
-    if (value)
-        kmp_derivatives_outputs(ws, point, value->y);
+    if (!value)
+        return;
+    kmp_copy_wanted(ws->n, ws->answer, value->qdd);
+    kmp_copy_wanted(ws->m, ws->answer + ws->n, value->lambda);
+    kmp_copy_wanted(ws->n, ws->q, value->q);
+    kmp_copy_wanted(ws->n, ws->qd, value->qd);
+    kmp_derivatives_outputs(ws, point, value->y);
 }
 
 kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const double *q, const double *qd,
@@ -99,10 +95,8 @@ kempe_status kempe_workspace_forward_jvp(kempe_workspace *ws, double t, const do
         along.qd = d->dqd;
     }
     kmp_derivatives_respond(ws, &point, &along);
-    if (change->qdd)
-        memcpy(change->qdd, d->x, (size_t)ws->n * sizeof *change->qdd);
-    if (change->lambda)
-        memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
+    kmp_copy_wanted(ws->n, d->x, change->qdd);
+    kmp_copy_wanted(ws->m, d->a, change->lambda);
     kmp_derivatives_of_outputs(ws, &along, change->y);
     if (change->q)
         kmp_copy_or_zero(ws->n, along.q, change->q);
@@ -204,12 +198,9 @@ kempe_status kempe_workspace_forward_vjp(kempe_workspace *ws, double t, const do
     if (names)
         memset(names, 0, (size_t)d->names * sizeof *names);
     kmp_derivatives_weigh(ws, &point, weight, names);
-    if (gradient->q)
-        memcpy(gradient->q, d->dq, (size_t)ws->n * sizeof *gradient->q);
-    if (gradient->qd)
-        memcpy(gradient->qd, d->dqd, (size_t)ws->n * sizeof *gradient->qd);
-    if (gradient->Q)
-        memcpy(gradient->Q, d->x, (size_t)ws->n * sizeof *gradient->Q);
+    kmp_copy_wanted(ws->n, d->dq, gradient->q);
+    kmp_copy_wanted(ws->n, d->dqd, gradient->qd);
+    kmp_copy_wanted(ws->n, d->x, gradient->Q);
     if (closed)
         gather(ws, &point, gradient);
     put_values(ws, &point, value);
@@ -238,12 +229,10 @@ kempe_status kempe_workspace_add_second_derivatives(kempe_workspace *ws)
 static kempe_status respond_to(kempe_workspace *ws, const kmp_derivative_point *point,
                                const kempe_state_direction *along)
 {
-    if (along->p || along->u || along->ud) {
-        (void)kmp_workspace_fail(ws,
-                                 "second derivatives exist along directions of q, qd and Q only: leave out p, u and "
-                                 "ud");
-        return KEMPE_E_ARGUMENT;
-    }
+    if (along->p || along->u || along->ud)
+        return KMP_WORKSPACE_REFUSE(ws,
+                                    "second derivatives exist along directions of q, qd and Q only: leave out p, u and "
+                                    "ud");
     kmp_derivatives_respond(ws, point, &(kmp_state_change){along->q, along->qd, along->Q, NULL, -1});
     return KEMPE_OK;
 }
@@ -259,12 +248,10 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
     KMP_TRY(kmp_derivatives_prepared(ws));
     kmp_state_derivatives *d = ws->derivatives.self;
     const bool more = change->y || change->q || change->qd;
-    if (!d->bends || more) {
-        (void)kmp_workspace_fail(ws, more ? "second derivatives are of qdd and lambda: leave out y, q and qd"
-                                          : "second derivatives are not prepared: call "
-                                            "kempe_workspace_add_second_derivatives first");
-        return KEMPE_E_ARGUMENT;
-    }
+    if (!d->bends || more)
+        return KMP_WORKSPACE_REFUSE(ws, more ? "second derivatives are of qdd and lambda: leave out y, q and qd"
+                                             : "second derivatives are not prepared: call "
+                                               "kempe_workspace_add_second_derivatives first");
     KMP_TRY(kmp_derivatives_check_direction(ws, first));
     KMP_TRY(kmp_derivatives_check_direction(ws, second));
     kmp_derivative_point point;
@@ -281,9 +268,7 @@ kempe_status kempe_workspace_forward_second(kempe_workspace *ws, double t, const
     memcpy(d->force, bent.force, (size_t)ws->n * sizeof *d->force);
     memcpy(d->curve, bent.curve, (size_t)ws->m * sizeof *d->curve);
     kmp_derivatives_answer(ws, &point);
-    if (change->qdd)
-        memcpy(change->qdd, d->x, (size_t)ws->n * sizeof *change->qdd);
-    if (change->lambda)
-        memcpy(change->lambda, d->a, (size_t)ws->m * sizeof *change->lambda);
+    kmp_copy_wanted(ws->n, d->x, change->qdd);
+    kmp_copy_wanted(ws->m, d->a, change->lambda);
     return KEMPE_OK;
 }

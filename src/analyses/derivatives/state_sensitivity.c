@@ -3,7 +3,6 @@
  * of coordinates before its rank is decided. */
 #include "analyses/derivatives/state_sensitivity.h"
 #include "base/memory.h"
-#include "linalg/dense/dense.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
 #include <float.h>

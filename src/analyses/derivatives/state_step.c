@@ -6,7 +6,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "model/data/state.h"
 #include <kempe/derivatives.h>
 #include <math.h>
@@ -163,29 +162,24 @@ kempe_status kempe_workspace_step(kempe_workspace *ws, double t, double h, int s
     KMP_TRY(kmp_workspace_check_finite(ws, "q of", kmp_workspace_coordinate_name, ws->n, q));
     KMP_TRY(kmp_workspace_check_finite(ws, "qd of", kmp_workspace_coordinate_name, ws->n, qd));
     KMP_TRY(kmp_workspace_check_finite(ws, "Q of", kmp_workspace_coordinate_name, ws->n, Q));
-    if (!(fabs(h) > 0 && fabs(h) < INFINITY) || steps < 1) {
-        (void)kmp_workspace_fail(ws,
-                                 "a step of a length that is not zero is required, and at least one of them, not %d "
-                                 "of %g s",
-                                 steps, h);
-        return KEMPE_E_ARGUMENT;
-    }
+    if (!(fabs(h) > 0 && fabs(h) < INFINITY) || steps < 1)
+        return KMP_WORKSPACE_REFUSE(ws,
+                                    "a step of a length that is not zero is required, and at least one of them, not %d "
+                                    "of %g s",
+                                    steps, h);
     KMP_TRY(kmp_derivatives_prepared(ws));
     const kempe_model *model = ws->system->model;
     for (int k = 0; k < kmp_model_state_count(model); k++)
-        if (kmp_model_state(model, k)->next || kmp_model_state(model, k)->delayed) {
-            (void)kmp_workspace_fail(
+        if (kmp_model_state(model, k)->next || kmp_model_state(model, k)->delayed)
+            return KMP_WORKSPACE_REFUSE(
                 ws,
                 "steps do not exist for models with samples, events of states or delays, as of state "
                 "'%s': use a stepper",
                 kmp_model_state(model, k)->name);
-            return KEMPE_E_ARGUMENT;
-        }
-    if (ws->friction.self) {
-        (void)kmp_workspace_fail(ws, "steps do not pass events of friction that sticks and of contacts: use a flow, or "
-                                     "make the workspace with friction that slips");
-        return KEMPE_E_ARGUMENT;
-    }
+    if (ws->friction.self)
+        return KMP_WORKSPACE_REFUSE(ws,
+                                    "steps do not pass events of friction that sticks and of contacts: use a flow, or "
+                                    "make the workspace with friction that slips");
     if (!ws->chosen)
         return kmp_workspace_fail(ws, "steps need independent coordinates, and none are chosen at t = %.9g s", t);
     KMP_TRY(make_step(ws));

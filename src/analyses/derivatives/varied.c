@@ -502,22 +502,6 @@ static bool find_correction(beginning *b)
     return ok;
 }
 
-/* (J' mu)_q dq + (J' mu)_p of all parameters into b->with, and the derivatives of the rates for what follows. */
-static void pull_all(beginning *b, const double *dq)
-{
-    kmp_sensitivity_equations *v = b->v;
-    bool corrected = false;
-    for (int r = 0; r < b->m; r++)
-        corrected = corrected || b->mu[r] != 0;
-    kmp_instant at = kmp_linear_instant(&v->linear);
-    if (corrected)
-        kmp_sensitivity_equations_pull(v, &at, b->mu, dq, NULL, b->with);
-    else
-        memset(b->with, 0, (size_t)(v->count * b->n) * sizeof(double));
-    kmp_slopes_at(v->slopes, &at);
-    v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-}
-
 /* dqd of one parameter without the correction to the closures: given rates as they move, c = dS Jf' mu + S dJf' mu.
  * True if the closures are open then. */
 static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
@@ -553,7 +537,18 @@ static bool move_rates(beginning *b, const double *dq, double *dqd)
     bool open = false;
     if (m > 0 && !find_correction(b))
         return false;
-    pull_all(b, dq);
+    /* (J' mu)_q dq + (J' mu)_p of all parameters into b->with, and the derivatives of the rates for what follows. */
+    kmp_sensitivity_equations *v = b->v;
+    bool corrected = false;
+    for (int r = 0; r < b->m; r++)
+        corrected = corrected || b->mu[r] != 0;
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    if (corrected)
+        kmp_sensitivity_equations_pull(v, &at, b->mu, dq, NULL, b->with);
+    else
+        memset(b->with, 0, (size_t)(v->count * b->n) * sizeof(double));
+    kmp_slopes_at(v->slopes, &at);
+    v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
     for (int k = 0; k < count; k++)
         open |= move_rate(b, k, dq + k * n, dqd + k * n);
     if (!open)

@@ -474,19 +474,6 @@ static const double *run_there(kmp_varied_lanes *x, kmp_stage_lanes *program)
     return kmp_stage_lanes_run(program, STAGE, x->t, x->q, x->qd);
 }
 
-/* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
-static void differentiate(kmp_varied_lanes *x)
-{
-    /* M X udd + C + M a0 */
-    kmp_reduction_lanes_spread(&x->red, 1, x->udd, x->qdd);
-    kmp_reduction_lanes_add_mass_times(&x->red, x->mass, x->qdd, x->force);
-    kmp_reduction_lanes_pull(&x->red, 1, 1, x->force, x->lambda);
-    for (int i = 0; i < x->red.r; i++)
-        AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
-    x->d = run_there(x, &x->tangent);
-    x->by = x->slope.lanes ? run_there(x, &x->slope) : NULL;
-}
-
 /* Puts weights on columns of a (p) in rows from `row` on, of `count` vectors. */
 static void put_rows(const kmp_varied_lanes *x, int row, int count, double *a)
 {
@@ -547,7 +534,15 @@ int kmp_varied_lanes_matrices(kmp_varied_lanes *x, double *a, double *b)
     int p = x->red.p, said = complete(x);
     if (said != KMP_GO)
         return said;
-    differentiate(x);
+    /* qdd and the multipliers of the last run, then the tangents and the derivatives by parameters there. */
+    /* M X udd + C + M a0 */
+    kmp_reduction_lanes_spread(&x->red, 1, x->udd, x->qdd);
+    kmp_reduction_lanes_add_mass_times(&x->red, x->mass, x->qdd, x->force);
+    kmp_reduction_lanes_pull(&x->red, 1, 1, x->force, x->lambda);
+    for (int i = 0; i < x->red.r; i++)
+        AT(x->qdd, x->red.column[i]) += OF(x->a0, x->red.column[i]);
+    x->d = run_there(x, &x->tangent);
+    x->by = x->slope.lanes ? run_there(x, &x->slope) : NULL;
     if (b && !x->by)
         memset(b, 0, (size_t)(p * x->v->count * W) * sizeof *b);
     for (int row = 0; row < p; row += VECTORS)

@@ -8,7 +8,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"

@@ -10,7 +10,6 @@
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
 #include <math.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 

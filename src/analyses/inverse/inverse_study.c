@@ -15,7 +15,6 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
-#include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"

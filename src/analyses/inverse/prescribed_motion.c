@@ -6,6 +6,7 @@
 #include "analyses/parts/closed_state.h"
 #include "analyses/parts/substep.h"
 #include "base/memory.h"
+#include "base/quantile.h"
 #include "base/spline.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
@@ -16,7 +17,6 @@
 #include "model/data/closure.h"
 #include "model/data/closure_table.h"
 #include "model/data/state.h"
-#include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -100,20 +100,6 @@ bool kmp_prescribed_init(kmp_prescribed *motion, int rows, const double *t, int 
 
 KMP_CLEARS(kmp_prescribed, motion, kmp_arena_free(&motion->arena))
 
-/* The last row at or before t. */
-static int row_before(const kmp_prescribed *m, double t)
-{
-    int low = 0, high = m->rows;
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (m->t[middle] <= t)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 /* The quintic from (q, v, a) at 0 to (q, v, a) at h, with its derivatives at s h. */
 static void quintic(double h, const double from[3], const double to[3], double s, double out[3])
 {
@@ -128,7 +114,7 @@ static void quintic(double h, const double from[3], const double to[3], double s
 void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double *qd, double *qdd)
 {
     const kmp_prescribed *m = motion;
-    int row = row_before(m, t), n = m->count;
+    int row = kmp_ordered_last(m->t, 0, m->rows, t), n = m->count;
     const double *x = m->value[0] + row * n, *v = m->value[1] + row * n, *a = m->value[2] + row * n;
     bool on_row = t <= m->t[row] || row == m->rows - 1;
     double h = on_row ? 1 : m->t[row + 1] - m->t[row];

@@ -5,8 +5,6 @@
 #include "analyses/inverse/inverse_dynamics.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/closing/close.h"
-#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "constraints/workspace/state_workspace.h"
 #include "linalg/dense/dot.h"
@@ -22,25 +20,19 @@ static void free_actuators(void *self)
     kmp_free(self);
 }
 
-static kempe_status refuse(kempe_workspace *ws, const char *format, const char *name)
-{
-    (void)kmp_workspace_fail(ws, format, name);
-    return KEMPE_E_ARGUMENT;
-}
-
 static kempe_status find_actuators(kempe_workspace *ws, int count, const char *const *names, const double *weights,
                                    int *actuator)
 {
     for (int k = 0; k < count; k++) {
         if (!names[k])
-            return refuse(ws, "a name of an actuator is NULL", NULL);
+            return KMP_WORKSPACE_REFUSE(ws, "a name of an actuator is NULL");
         if (kmp_coordinate_find(ws->system->model, "actuators", names[k], strlen(names[k]), &actuator[k]) != KEMPE_OK)
-            return refuse(ws, "%s", kempe_context_message(ws->system->context));
+            return KMP_WORKSPACE_REFUSE(ws, "%s", kempe_context_message(ws->system->context));
         for (int before = 0; before < k; before++)
             if (actuator[before] == actuator[k])
-                return refuse(ws, "actuator '%s' is given twice", names[k]);
+                return KMP_WORKSPACE_REFUSE(ws, "actuator '%s' is given twice", names[k]);
         if (weights && !(weights[k] > 0 && weights[k] < INFINITY))
-            return refuse(ws, "the weight of actuator '%s' is not a positive number", names[k]);
+            return KMP_WORKSPACE_REFUSE(ws, "the weight of actuator '%s' is not a positive number", names[k]);
     }
     return KEMPE_OK;
 }
@@ -52,14 +44,13 @@ kempe_status kempe_workspace_add_actuators(kempe_workspace *ws, int count, const
     ws->message[0] = '\0';
     kmp_context_clear(ws->system->context);
     if (count < 1 || !kmp_workspace_given(ws, "names", names))
-        return count < 1 ? refuse(ws, "there are no actuators: name coordinates on which they act", NULL)
+        return count < 1 ? KMP_WORKSPACE_REFUSE(ws, "there are no actuators: name coordinates on which they act")
                          : KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "forces of actuators"));
     if (ws->friction.self)
-        return refuse(ws,
-                      "forces of actuators are not known while friction may stick: make the workspace with friction "
-                      "that slips",
-                      NULL);
+        return KMP_WORKSPACE_REFUSE(
+            ws, "forces of actuators are not known while friction may stick: make the workspace with friction "
+                "that slips");
     int *actuator = KMP_NEW(int, count);
     kmp_inverse *made = KMP_NEW(kmp_inverse, 1);
     kempe_status status = kmp_made(ws->system->context, actuator && made);
@@ -117,7 +108,7 @@ kempe_status kempe_workspace_actuator_forces(kempe_workspace *ws, double t, cons
         return KEMPE_E_ARGUMENT;
     kmp_inverse *v = ws->actuators.self;
     if (!v)
-        return refuse(ws, "there are no actuators: call %s first", "kempe_workspace_add_actuators");
+        return KMP_WORKSPACE_REFUSE(ws, "there are no actuators: call %s first", "kempe_workspace_add_actuators");
     KMP_TRY(kmp_workspace_check_time(ws, t));
     KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
     KMP_TRY(kmp_workspace_require_closed(ws, "forces of actuators", t));
@@ -141,13 +132,12 @@ kempe_status kempe_workspace_closed_equations(kempe_workspace *ws, double t, con
         return KEMPE_E_ARGUMENT;
     KMP_TRY(kmp_workspace_refuse_contacts(ws, "equations of closed motions"));
     if (ws->friction.self)
-        return refuse(ws,
-                      "equations of closed motions do not exist while friction may stick: make the workspace with "
-                      "friction that slips",
-                      NULL);
+        return KMP_WORKSPACE_REFUSE(
+            ws, "equations of closed motions do not exist while friction may stick: make the workspace with "
+                "friction that slips");
     const kempe_system *system = ws->system;
     if (system->load_row_count > 0)
-        return refuse(
+        return KMP_WORKSPACE_REFUSE(
             ws,
             "equations of closed motions do not exist for this model, because a force depends on the multiplier "
             "of constraint equation '%s'",

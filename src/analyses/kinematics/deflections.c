@@ -3,7 +3,6 @@
 #include "analyses/kinematics/deflections.h"
 #include "analyses/parts/unsupported.h"
 #include "base/memory.h"
-#include "constraints/evaluation/few_tangents.h"
 #include "linalg/dense/factors.h"
 #include <math.h>
 #include <string.h>

@@ -11,9 +11,7 @@
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
-#include "output/print.h"
 #include <float.h>
 #include <kempe/kempe.h>
 #include <math.h>

@@ -11,10 +11,8 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
-#include "output/print.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>

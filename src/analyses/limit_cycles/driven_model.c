@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/limit_cycles/driven_model.h"
 #include "base/context.h"
-#include "model/data/closure_table.h"
-#include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include <string.h>

@@ -21,18 +21,11 @@ static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- text ---------------------------------------------------------------------------------------------------- */
 
-static int count_hopf(const kempe_limit_cycles *c)
-{
-    int count = 0;
-    for (int k = 0; k < c->locus.critical_count; k++)
-        count += c->locus.critical[k].im > 0;
-    return count;
-}
-
 static void show_title(kmp_text *text, const kempe_limit_cycles *c)
 {
-    const int hopf = count_hopf(c);
-    int cycles = 0;
+    int hopf = 0, cycles = 0;
+    for (int k = 0; k < c->locus.critical_count; k++)
+        hopf += c->locus.critical[k].im > 0;
     kmp_text title = {0};
     for (int b = 0; b < c->branches; b++)
         cycles += c->branch[b].count;

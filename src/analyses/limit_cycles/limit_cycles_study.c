@@ -15,7 +15,6 @@
 #include "model/data/model.h"
 #include "model/data/wheels.h"
 #include "model/read/loads.h"
-#include "output/print.h"
 #include "pipeline.h"
 #include "platform/platform.h"
 #include "studies/simulate/trajectory.h"
@@ -193,32 +192,6 @@ enum { SMALLER_PARTS = 2 };
 
 /* -- the cycles ------------------------------------------------------------------------------------------ */
 
-/* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that per
- * time, and half its range. */
-static void take_mode(const kmp_flow *f, const kmp_modes *modes, int mode, kmp_cycle *hopf)
-{
-    double w = modes->spectrum.im[mode];
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
-        bool rate = f->entry[i].kind == KMP_FLOW_RATE;
-        hopf->tangent[i] = rate ? -w * im : re;
-        hopf->rate[i] = rate ? -w * w * re : -w * im;
-        hopf->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
-    }
-}
-
-/* The loads at the equilibrium of a Hopf point, the last state of the family. */
-static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
-{
-    const kmp_linear *l = &cycles->family->linear;
-    for (int r = 0; r < l->m; r++) {
-        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
-        if (k >= 0 && k < cycles->held)
-            hopf->load[k] = l->lambda[r];
-    }
-}
-
 /* The Hopf point, with the mode as its tangent. */
 static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
 {
@@ -231,12 +204,28 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     c->stability = KMP_CYCLE_UNDECIDED;
     c->value = critical->value;
     c->period = 2 * acos(-1) / critical->im;
-    take_mode(cycles->flow, modes, mode, c);
+    /* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that
+     * per time, and half its range. */
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < cycles->flow->size; i++) {
+        ptrdiff_t at = cycles->flow->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        bool rate = cycles->flow->entry[i].kind == KMP_FLOW_RATE;
+        c->tangent[i] = rate ? -w * im : re;
+        c->rate[i] = rate ? -w * w * re : -w * im;
+        c->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
+    }
     for (int i = 0; i < s->size; i++) {
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
-    loads_at_rest(cycles, c);
+    /* The loads at the equilibrium of a Hopf point, the last state of the family. */
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            c->load[k] = l->lambda[r];
+    }
     return c;
 }
 

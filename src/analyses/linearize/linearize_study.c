@@ -490,22 +490,6 @@ static double largest_of(const kempe_linearization *l)
     return largest;
 }
 
-/* The independent coordinates suffice for a reader: the others are details. */
-static void show_matrices(kmp_text *text, const kempe_linearization *l, bool all)
-{
-    bool whole = all || l->channels.states.count <= MOST_NAMES;
-    if (!all && l->channels.states.count == 0)
-        return;
-    for (int first = 0, next; first < (all ? KMP_MATRICES : (int)KEMPE_MATRIX_N); first = next) {
-        for (next = first + 1; next < KMP_MATRICES && !*matrix_row(l, next).equation;)
-            next++;
-        whole = show_group(text, l, first, next - first, all) && whole;
-    }
-    if (!all)
-        kmp_text_printf(text, "\nMore (%sN and Nd of all coordinates): --all, -o FILE.npz, --json\n",
-                        whole ? "" : "all names, large matrices, ");
-}
-
 static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
 {
     const kmp_channels *c = &l->channels;
@@ -534,7 +518,18 @@ static void show_parts(kmp_text *text, const kempe_linearization *l, bool all)
         kmp_text_printf(text, "  input %s is the output of that name %.6g %s before\n", l->delays.name[k],
                         as.factor * l->delay[k], as.unit);
     }
-    show_matrices(text, l, all);
+    /* The independent coordinates suffice for a reader: the others are details. */
+    bool whole = all || l->channels.states.count <= MOST_NAMES;
+    if (!all && l->channels.states.count == 0)
+        return;
+    for (int first = 0, next; first < (all ? KMP_MATRICES : (int)KEMPE_MATRIX_N); first = next) {
+        for (next = first + 1; next < KMP_MATRICES && !*matrix_row(l, next).equation;)
+            next++;
+        whole = show_group(text, l, first, next - first, all) && whole;
+    }
+    if (!all)
+        kmp_text_printf(text, "\nMore (%sN and Nd of all coordinates): --all, -o FILE.npz, --json\n",
+                        whole ? "" : "all names, large matrices, ");
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

@@ -11,7 +11,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "model/data/parameter.h"
-#include "output/print.h"
 #include <complex.h>
 #include <float.h>
 #include <math.h>

@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "output/print.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <stdbool.h>

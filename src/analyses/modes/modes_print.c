@@ -4,7 +4,6 @@
 #include "analyses/modes/modes_study.h"
 #include "analyses/parts/study_print.h"
 #include "model/data/model.h"
-#include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -62,11 +61,6 @@ static void put_movers(kmp_text *text, const kempe_modes *m, int c, int most)
         kmp_text_printf(text, "%s%s %.0f %%", k ? ", " : "", name_of(m, order[k]), 100 * share[order[k]]);
 }
 
-void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
-{
-    put_movers(text, m, c, MOST_MOVERS);
-}
-
 /* " (0.3 rad)": a coordinate in a shape, with its unit, where the model has coordinates of both kinds. */
 static void put_part(kmp_text *text, const kempe_modes *m, int c, int k)
 {
@@ -76,7 +70,8 @@ static void put_part(kmp_text *text, const kempe_modes *m, int c, int k)
     kmp_text_put(text, ")");
 }
 
-void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
+/* The direction of a zero: "along X", or with other coordinates. */
+static void put_along(kmp_text *text, const kempe_modes *m, int c)
 {
     const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n, *scale = m->system->scale;
     int first = -1, others = 0;
@@ -107,7 +102,8 @@ static int worst_of(const kempe_modes *m)
     return worst;
 }
 
-const char *kmp_modes_verdict(const kempe_modes *m)
+/* The keyword of the summary. */
+static const char *verdict_of(const kempe_modes *m)
 {
     if (m->modes.count == 0)
         return "none";
@@ -120,9 +116,10 @@ const char *kmp_modes_verdict(const kempe_modes *m)
     return m->modes.spectrum.zeros > 0 ? "neutral" : re >= -noise ? "undamped" : "stable";
 }
 
-void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
+/* The summary, a sentence without its full stop. */
+static void put_verdict(kmp_text *text, const kempe_modes *m)
 {
-    const char *word = kmp_modes_verdict(m);
+    const char *word = verdict_of(m);
     const kmp_spectrum *s = &m->modes.spectrum;
     if (strcmp(word, "none") == 0) {
         kmp_text_put(text, "no modes: closures, drives or friction that sticks leave no degree of freedom");
@@ -138,18 +135,18 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
                 kmp_mode_frequency(0, s->im[s->secular_at]));
         else
             kmp_text_put(text, "unstable: a displacement grows as a power of time: ");
-        kmp_modes_put_movers(text, m, s->secular_at);
+        put_movers(text, m, s->secular_at, MOST_MOVERS);
     } else if (strcmp(word, "unstable") == 0) {
         kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
         if (s->im[worst] > 0)
             kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
         kmp_text_put(text, ": ");
-        kmp_modes_put_movers(text, m, worst);
+        put_movers(text, m, worst, MOST_MOVERS);
     } else if (strcmp(word, "neutral") == 0) {
         kmp_text_put(text, "neutral: free motion ");
         for (int c = 0; c < s->still; c++) {
             kmp_text_put(text, c ? "; " : "");
-            kmp_modes_put_along(text, m, c);
+            put_along(text, m, c);
         }
         kmp_text_put(text, "; no mode grows");
     } else if (strcmp(word, "undecided") == 0) {
@@ -370,10 +367,10 @@ static void put_answer(kmp_text *text, const kempe_modes *m)
         kmp_text_printf(text, "%d mode%s at %s%s, ", modes, modes == 1 ? "" : "s",
                         m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                         kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
-    if (strcmp(kmp_modes_verdict(m), "neutral") == 0)
+    if (strcmp(verdict_of(m), "neutral") == 0)
         kmp_text_printf(text, "neutral: %d free motion%s, no mode grows", still, still == 1 ? "" : "s");
     else
-        kmp_modes_put_verdict(text, m);
+        put_verdict(text, m);
 }
 
 static void show_title(kmp_text *text, const kempe_modes *m)
@@ -408,7 +405,7 @@ static void show_steady(kmp_text *text, const kempe_modes *m)
         kmp_text_put(&line, "; free motion ");
     for (int c = 0; c < still; c++) {
         kmp_text_put(&line, c ? "; " : "");
-        kmp_modes_put_along(&line, m, c);
+        put_along(&line, m, c);
     }
     if (still > 0 && s->zeros > still)
         kmp_text_printf(&line, "; at a constant rate: %d of %d", s->zeros - still, still);
@@ -483,9 +480,9 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     kmp_json_put(j, "frequency %g damping %g decay %g", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN,
                  s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN, kmp_mode_time(s->re[c]));
     if (c < s->zeros)
-        kmp_modes_put_along(&along, m, c);
+        put_along(&along, m, c);
     else
-        kmp_modes_put_movers(&along, m, c);
+        put_movers(&along, m, c, MOST_MOVERS);
     kmp_json_text(j, "moves", &along);
     kmp_json_object(j, "shape");
     for (int k = 0; k < m->modes.n; k++)
@@ -557,8 +554,8 @@ void kmp_modes_json(kmp_json *j, const kempe_modes *m)
     kmp_print_held_json(j, m->system, m->qd);
     if (m->modes.endless)
         kmp_json_put(j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);
-    kmp_json_put(j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
-    kmp_modes_put_verdict(&verdict, m);
+    kmp_json_put(j, "zeros %d stability %s", s->zeros, verdict_of(m));
+    put_verdict(&verdict, m);
     kmp_json_text(j, "reasons", &verdict);
     kmp_json_array(j, "modes");
     for (int c = 0; c < s->count; c++)

@@ -15,15 +15,5 @@ kmp_shown kmp_modes_shown(const kempe_modes *modes);
  * digits. */
 int kmp_modes_order_shares(int n, const double *share, int most, int *order);
 
-/** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
-void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
-
-/** Appends the direction of a zero: "along X", or with other coordinates. */
-void kmp_modes_put_along(kmp_text *text, const kempe_modes *modes, int c);
-
 /** The results as members of an open object. */
 void kmp_modes_json(kmp_json *json, const kempe_modes *modes);
-
-/** Appends the summary, a sentence without its full stop; returns its keyword. */
-const char *kmp_modes_verdict(const kempe_modes *modes);
-void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *modes);

@@ -9,7 +9,6 @@
 #include "model/data/coordinates.h"
 #include "model/data/parameter.h"
 #include "model/read/loads.h"
-#include "output/print.h"
 #include "platform/platform.h"
 #include "studies/simulate/flexible_doubts.h"
 #include <math.h>

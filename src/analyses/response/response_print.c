@@ -3,7 +3,6 @@
 #include "analyses/parts/study_print.h"
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
-#include "model/read/loads.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include <kempe/response.h>

@@ -19,7 +19,6 @@
  * which goes back to the start like the target, and vanishes for each parameter. */
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/derivatives/varied_lanes.h"
-#include "analyses/parts/unsupported.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/arena.h"
 #include "base/clones.h"
@@ -30,7 +29,6 @@
 #include "constraints/tolerances.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
-#include "model/data/state.h"
 #include "platform/platform.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -904,15 +902,6 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, 2 * n * n, &a->matrix), KMP_ROOM(double, a->count, &a->off, &a->span));
 }
 
-/* An integrand may depend on each parameter itself. */
-static void find_moving(adjoint *a)
-{
-    const kmp_slopes_sum *sum = a->v->sum;
-    a->moving = a->integral ? a->count : sum->count;
-    for (int k = 0; k < a->moving; k++)
-        a->moves[k] = a->integral ? k : sum->parameter[k];
-}
-
 /* The size of the target by its gradient, before the response of the mechanism, and by its value: weights at the end
  * may be rounding, as where the mechanism rests, and are none later. */
 static double size_of_target(const adjoint *a)
@@ -959,7 +948,11 @@ static kempe_status run_back(adjoint *a, bool known, kmp_adjoint_report *report)
     a->rate_scale = report->forward.run.rate_scale;
     a->kind = kmp_solver_find(a->options->spec->integrator);
     KMP_TRY(kmp_made(a->v->system->context, make_room(a)));
-    find_moving(a);
+    /* An integrand may depend on each parameter itself. */
+    const kmp_slopes_sum *sum = a->v->sum;
+    a->moving = a->integral ? a->count : sum->count;
+    for (int k = 0; k < a->moving; k++)
+        a->moves[k] = a->integral ? k : sum->parameter[k];
     a->p = a->end->p;
     KMP_TRY(begin_at_end(a));
     report->value = a->integral ? report->forward.integral : a->value;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "analyses/sensitivity/forward.h"
-#include "model/data/force.h"
 
 /** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
  * watch of `options` are ignored. `known`: another scalar has shown that the motion has derivatives by the parameters

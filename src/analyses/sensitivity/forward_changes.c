@@ -146,15 +146,6 @@ int kmp_forward_halt_at_input(kmp_forward_formulation *f, int k, double t)
                             t, f->system->event_text[k]);
 }
 
-/* The time before and behind an event at which values are taken: at an end of a table that holds its value there, a
- * curvature jumps with the slope, and rounding places the event on either side. */
-static double aside_of(const kmp_forward_formulation *f, int k)
-{
-    const kmp_condition *c = &f->system->events.condition[k];
-    const bool held = c->expr && c->expr->kind == KMP_EXPR_TABLE && c->expr->table->outside == KMP_OUTSIDE_HOLD;
-    return held ? KMP_SLOPE_ASIDE / f->start.rate_scale : 0;
-}
-
 /* The state at t, moved by `aside` along the motion. */
 static int come_aside(kmp_forward_formulation *f, double t, double aside, double *y)
 {
@@ -189,7 +180,11 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     kmp_forward_note_swings(f, mode, t, given ? -1 : k);
     kmp_forward_delays_note(f, t, f->swing);
     memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
-    const double aside = aside_of(f, k);
+    /* The time before and behind an event at which values are taken: at an end of a table that holds its value there, a
+     * curvature jumps with the slope, and rounding places the event on either side. */
+    const kmp_condition *c = &f->system->events.condition[k];
+    const bool held = c->expr && c->expr->kind == KMP_EXPR_TABLE && c->expr->table->outside == KMP_OUTSIDE_HOLD;
+    const double aside = held ? KMP_SLOPE_ASIDE / f->start.rate_scale : 0;
     if (aside > 0 && come_aside(f, t, -aside, y) != KMP_GO)
         return KMP_HALT;
     double integrand = kmp_forward_integrand_here(f);

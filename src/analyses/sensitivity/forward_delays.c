@@ -8,7 +8,6 @@
  * restarts. If u jumps at a time t_e(p), y jumps at t_e + T, and so do the derivatives of all that it moves:
  * dt/dp = dt_e/dp + dT/dp. */
 #include "analyses/sensitivity/forward_delays.h"
-#include "analyses/sensitivity/forward_changes.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"

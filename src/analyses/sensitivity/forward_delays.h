@@ -3,7 +3,6 @@
 #pragma once
 
 #include "analyses/sensitivity/forward_inside.h"
-#include "model/data/force.h"
 
 /** Makes room, where there are any. False: no memory. */
 bool kmp_forward_delays_make(kmp_forward_formulation *f);

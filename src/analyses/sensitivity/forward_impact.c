@@ -13,8 +13,6 @@
 #include "analyses/sensitivity/forward_changes.h"
 #include "analyses/sensitivity/forward_requirements.h"
 #include "base/arena.h"
-#include "base/memory.h"
-#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/impact/impact_inside.h"
 #include "integrators/impact/impact_problem.h"

@@ -13,7 +13,6 @@
 #include "base/arena.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
-#include "model/data/force.h"
 
 typedef struct kmp_forward_delays kmp_forward_delays;
 

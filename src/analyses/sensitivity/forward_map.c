@@ -7,7 +7,6 @@
  * without an event needs no columns: the state determines it. */
 #include "analyses/sensitivity/forward_map.h"
 #include "base/context.h"
-#include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
@@ -39,20 +38,14 @@ static const kmp_friction_run *friction_of(const kmp_forward_formulation *f)
     return f->start.passed ? f->start.passed->friction : NULL;
 }
 
-static int count_held(const kmp_friction_run *friction)
-{
-    int count = 0;
-    for (int i = 0; friction && i < friction->count; i++)
-        count += may_be_held(&friction->element[i]);
-    return count;
-}
-
 /* Room for maps with at most f->most columns. */
 static bool make_room(kmp_forward_formulation *f)
 {
     const kmp_friction_run *friction = friction_of(f);
     const int n = f->n, conditions = f->system->events.count, charts = KMP_CHART_SIZE * f->system->chart_count;
-    const int held = count_held(friction);
+    int held = 0;
+    for (int i = 0; friction && i < friction->count; i++)
+        held += may_be_held(&friction->element[i]);
     struct kmp_forward_before *x = f->before_event = KMP_ARENA_NEW(&f->arena, struct kmp_forward_before, 1);
     if (!x || !KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, held, &x->row), KMP_ROOM(double, n, &x->q),
                               KMP_ROOM(double, conditions, &x->mode, &x->now),
@@ -108,17 +101,6 @@ static void put_units(kmp_forward_formulation *f)
     f->v->held = f->map.held > 0 ? f->held : NULL;
 }
 
-/* Times of events before, by other columns, no longer count. */
-static void forget_swings(kmp_forward_formulation *f, double t)
-{
-    f->follows = false;
-    for (int k = 0; k < f->system->events.count; k++) {
-        f->follows = f->follows || kmp_same_time(f->swung_t[k], t);
-        f->swung_t[k] = NAN;
-    }
-    f->last_t = NAN;
-}
-
 static int begin(kmp_forward_formulation *f, double t, const double *y)
 {
     const int most = f->v->count + 2 * f->n + f->map.held;
@@ -128,7 +110,13 @@ static int begin(kmp_forward_formulation *f, double t, const double *y)
     }
     if (take_before(f, t, y) != KMP_GO)
         return KMP_HALT;
-    forget_swings(f, t);
+    /* Times of events before, by other columns, no longer count. */
+    f->follows = false;
+    for (int k = 0; k < f->system->events.count; k++) {
+        f->follows = f->follows || kmp_same_time(f->swung_t[k], t);
+        f->swung_t[k] = NAN;
+    }
+    f->last_t = NAN;
     f->map.t = t;
     f->map.p = f->p;
     f->map.columns = f->v->count + 2 * f->p + f->map.held;
@@ -154,9 +142,12 @@ double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double
     return f->wide;
 }
 
-/* Held distances behind the event. */
-static void take_held(kmp_forward_formulation *f)
+int kmp_forward_map_end(kmp_forward_formulation *f, double *y)
 {
+    const int w = f->p, wide = kmp_forward_blocks(f);
+    const kmp_sensitivity_equations_watch *watch = &f->options->watch;
+    struct kmp_forward_before *x = f->before_event;
+    /* Held distances behind the event. */
     const kmp_friction_run *friction = friction_of(f);
     const int held = f->map.held;
     for (int i = 0, j = 0; friction && i < friction->count; i++) {
@@ -167,14 +158,6 @@ static void take_held(kmp_forward_formulation *f)
             f->before_event->held[k * held + j] = e->stance == KMP_FRICTION_HELD ? f->held[k * f->m + e->row] : 0;
         j++;
     }
-}
-
-int kmp_forward_map_end(kmp_forward_formulation *f, double *y)
-{
-    const int w = f->p, wide = kmp_forward_blocks(f);
-    const kmp_sensitivity_equations_watch *watch = &f->options->watch;
-    struct kmp_forward_before *x = f->before_event;
-    take_held(f);
     f->map.part = &f->v->linear.part;
     f->map.p_after = w;
     f->map.u_after = f->wide + w;

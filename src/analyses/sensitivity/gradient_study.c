@@ -15,7 +15,6 @@
 #include "model/data/output_table.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
-#include "output/print.h"
 #include <kempe/gradient.h>
 #include <math.h>
 #include <string.h>

@@ -8,15 +8,12 @@
 #include "dynamics/load_dependent.h"
 #include "integrators/formulations/formulation.h"
 #include "model/data/model.h"
-#include "model/language/expression.h"
-#include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "model/read/requests.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "output/start_balance.h"
 #include "platform/platform.h"
-#include "symbolic/table_function.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>

@@ -13,7 +13,6 @@
 #include "integrators/steppers/solver.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include "output/print.h"
 #include "output/reference.h"
 #include "pipeline.h"
 #include "platform/platform.h"

@@ -3,7 +3,6 @@
  * M and to composite bodies, and the forces on its own coordinates. They are the moments of the acceleration
  * alpha + beta x + 2 w x xd + xdd with 1, x and each field phi_k over the mass. */
 #include "dynamics/formalisms/flexible_body.h"
-#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/body.h"
 

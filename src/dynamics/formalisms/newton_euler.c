@@ -98,15 +98,6 @@ static void forward(const kmp_tree *tree, int i, kmp_ref own, kmp_link_motion *m
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
 }
 
-static void name_motion(kmp_graph *g, int i, const kmp_link_motion *m)
-{
-    name_vector(g, &name_rate, m->w, i, 0);
-    name_vector(g, &name_acceleration, m->wd, i, 0);
-    name_vector(g, &name_linear, m->alpha, i, 0);
-    for (int k = 0; k < 9; k++)
-        name_entry(g, &name_beta, m->beta.x[k / 3][k % 3], k + 1, i, 0);
-}
-
 /* I wd + w x (I w), written with beta, whose products of rates exist already:
  *
  *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and cyclically. */
@@ -238,7 +229,11 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
     for (int i = 1; i < tree->count; i++) {
         forward(tree, i, own_acceleration(tree, i, qdd), m);
-        name_motion(tree->graph, i, &m[i]);
+        name_vector(tree->graph, &name_rate, m[i].w, i, 0);
+        name_vector(tree->graph, &name_acceleration, m[i].wd, i, 0);
+        name_vector(tree->graph, &name_linear, m[i].alpha, i, 0);
+        for (int k = 0; k < 9; k++)
+            name_entry(tree->graph, &name_beta, m[i].beta.x[k / 3][k % 3], k + 1, i, 0);
     }
     clear_elastic(tree, effort);
     for (int i = 1; i < tree->count; i++) {

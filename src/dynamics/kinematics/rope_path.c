@@ -506,20 +506,6 @@ static void put_start(const kmp_tree *tree, int count, kmp_ref *values)
         kmp_graph_fail(g);
 }
 
-/* Two values at the start: the length, and what was paid out then. */
-static void at_start(const kmp_tree *tree, const kmp_rope *rope, kmp_ref values[2])
-{
-    kmp_tree plain = {0};
-    if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
-        values[0] = kmp_rope_length(&plain, rope);
-        values[1] = paid(&plain, rope);
-        put_start(tree, 2, values);
-    } else {
-        kmp_graph_fail(tree->graph);
-    }
-    kmp_tree_free(&plain);
-}
-
 /* The free length of what has the length L at the start under the preload. */
 static kmp_ref unloaded(const kmp_tree *tree, const kmp_rope *rope, kmp_ref length)
 {
@@ -539,7 +525,16 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
     if (rope->length && now == KMP_ZERO)
         return kmp_tree_expression(tree, rope->length);
     kmp_ref start[2] = {KMP_ZERO, KMP_ZERO};
-    at_start(tree, rope, start);
+    /* Two values at the start: the length, and what was paid out then. */
+    kmp_tree plain = {0};
+    if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
+        start[0] = kmp_rope_length(&plain, rope);
+        start[1] = paid(&plain, rope);
+        put_start(tree, 2, start);
+    } else {
+        kmp_graph_fail(tree->graph);
+    }
+    kmp_tree_free(&plain);
     const kmp_ref length = rope->length ? kmp_tree_expression(tree, rope->length) : unloaded(tree, rope, start[0]);
     return kmp_add(g, length, kmp_sub(g, now, start[1]));
 }

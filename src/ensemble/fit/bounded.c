@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "ensemble/fit/bounded.h"
 #include "analyses/parts/ranges.h"
-#include "base/memory.h"
 #include "model/data/model_context.h"
 #include "model/files/csv_reader.h"
 #include <math.h>

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/parts/study_print.h"
-#include "base/memory.h"
 #include "ensemble/fit/fit_statistics.h"
 #include "ensemble/fit/fit_study.h"
 #include "model/data/start.h"

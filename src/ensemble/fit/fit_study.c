@@ -9,11 +9,9 @@
 #include "ensemble/fit/fit_statistics.h"
 #include "ensemble/fit/search_threads.h"
 #include "ensemble/sampling/sampling.h"
-#include "ensemble/statistics/statistics.h"
 #include "model/data/model_context.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
-#include "output/print.h"
 #include "studies/simulate/trajectory.h"
 #include <float.h>
 #include <kempe/fit.h>

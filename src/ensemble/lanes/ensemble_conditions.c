@@ -18,7 +18,6 @@
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
-#include "integrators/steppers/rk.h"
 #include "model/data/state.h"
 #include <kempe/kempe.h>
 #include <math.h>

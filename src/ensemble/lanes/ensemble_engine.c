@@ -17,7 +17,6 @@
 #include "integrators/decide/closing.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/run/runner_start.h"
-#include "integrators/steppers/rk.h"
 #include "linalg/dense/dense.h"
 #include "model/data/model_context.h"
 #include "model/data/parameter.h"

@@ -9,7 +9,6 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program.h"
-#include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_run.h"
 #include "ensemble/lanes/fused_sines.h"
 #include "integrators/decide/closing.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "base/clones.h"
-#include "base/simd4.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_inside.h"
 #include "integrators/decide/closing.h"

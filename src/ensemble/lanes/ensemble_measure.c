@@ -12,10 +12,8 @@
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/lane_state.h"
-#include "integrators/formulations/formulation.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
-#include "integrators/steppers/rk.h"
 #include "model/data/body.h"
 #include "output/quantities/smooth_piece.h"
 #include <kempe/kempe.h>

@@ -12,7 +12,6 @@
 #include "integrators/run/friction_run.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
-#include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
 

@@ -561,22 +561,6 @@ static kempe_status open_page(reader *r, source inside, const page *p, int colum
     return status;
 }
 
-/* All pages of a column in a group of `rows` rows. */
-static kempe_status read_pages(reader *r, source s, int column, int rows, bool snappy)
-{
-    dictionary d = {.count = 0};
-    for (int row = 0; row < rows;) {
-        page p = read_page(&s);
-        bool data = p.type != DICTIONARY_PAGE;
-        if (s.failed || p.size > s.end - s.at || p.version == 0 || (data && p.values > rows - row))
-            return refuse_damaged(r);
-        KMP_TRY(open_page(r, (source){.at = s.at, .end = s.at + p.size}, &p, column, row + r->done, snappy, &d));
-        s.at += p.size;
-        row += data ? p.values : 0;
-    }
-    return kmp_made(r->context, !r->file->arena.failed);
-}
-
 /* -- groups of rows ---------------------------------------------------------------------------------- */
 
 /* The metadata of a column in a group. */
@@ -622,7 +606,19 @@ static kempe_status read_column(reader *r, const column_place *place, int column
     if (from < 4 || place->size < 0 || (uint64_t)from > r->size || (uint64_t)place->size > r->size - (uint64_t)from)
         return refuse_damaged(r);
     const unsigned char *at = r->bytes + from;
-    return read_pages(r, (source){.at = at, .end = at + place->size}, column, rows, place->codec == 1);
+    source s = {.at = at, .end = at + place->size};
+    dictionary d = {.count = 0};
+    for (int row = 0; row < rows;) {
+        page p = read_page(&s);
+        bool data = p.type != DICTIONARY_PAGE;
+        if (s.failed || p.size > s.end - s.at || p.version == 0 || (data && p.values > rows - row))
+            return refuse_damaged(r);
+        KMP_TRY(
+            open_page(r, (source){.at = s.at, .end = s.at + p.size}, &p, column, row + r->done, place->codec == 1, &d));
+        s.at += p.size;
+        row += data ? p.values : 0;
+    }
+    return kmp_made(r->context, !r->file->arena.failed);
 }
 
 static kempe_status read_group(reader *r, source *s)

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "base/arena.h"
-#include "base/context.h"
 #include "output/parquet.h"
 
 typedef struct kmp_parquet_column {

@@ -9,7 +9,6 @@
 #include "model/data/model_context.h"
 #include "model/data/parameter.h"
 #include "model/data/variant.h"
-#include "output/print.h"
 #include <ctype.h>
 #include <float.h>
 #include <limits.h>

@@ -11,7 +11,6 @@
 #include "model/data/model_context.h"
 #include "model/files/csv_reader.h"
 #include "model/language/dimension.h"
-#include "output/print.h"
 #include <kempe/ensemble.h>
 #include <limits.h>
 #include <math.h>

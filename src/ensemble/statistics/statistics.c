@@ -10,7 +10,7 @@
 #include "constraints/tolerances.h"
 #include "ensemble/sampling/sampling.h"
 #include "ensemble/sampling/values.h"
-#include "linalg/dense/dense.h"
+#include "linalg/dense/dot.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <float.h>
@@ -264,20 +264,12 @@ static double ratio_of(const ratio *r, double *error)
     return s;
 }
 
-static bool is_whole(int size, const double *value)
-{
-    for (int i = 0; i < size; i++)
-        if (!isfinite(value[i]))
-            return false;
-    return true;
-}
-
 static double centre_of(int count, int size, const double *value, int *groups)
 {
     double sum = 0;
     *groups = 0;
     for (int k = 0; k < count; k += size)
-        if (is_whole(size, value + k)) {
+        if (kmp_all_finite(size, value + k)) {
             sum += 0.5 * (value[k] + value[k + 1]);
             ++*groups;
         }
@@ -292,7 +284,7 @@ int kmp_sobol_indices(int count, int columns, const double *value, kmp_sobol_ind
         ratio first = {0}, total = {0};
         for (int k = 0; k < count; k += size) {
             const double *f = value + k;
-            if (!is_whole(size, f))
+            if (!kmp_all_finite(size, f))
                 continue;
             double a = f[0] - centre, b = f[1] - centre, ab = f[2 + i] - centre, v = 0.5 * (a * a + b * b);
             add(&first, b * (ab - a), v);

@@ -265,18 +265,6 @@ static void narrow(const expansion *x, bool *mode_second, bool *mode_third)
     }
 }
 
-/* m1(row, mode, column) unless sizes say that it is m1(row, column, mode). */
-static void find_order(reading *s)
-{
-    bool second = true, third = true;
-    for (int k = 0; k < PARTS; k++)
-        narrow(&s->part[k], &second, &third);
-    for (int n = 0; n < s->node_count; n++)
-        for (int k = 0; k < SIGMA; k++)
-            narrow(&s->nodes[n].part[k], &second, &third);
-    s->mode_last = !second && third;
-}
-
 static bool put_entry(const reading *s, const char *name, expansion *x, const entry *own, bool *seen)
 {
     const bool first = own->order == 1;
@@ -746,7 +734,14 @@ bool kmp_sid_modes_read(const kmp_modal_source *source)
         return false;
     if (s.mode_count == 0)
         return kmp_modal_refuse(source, "'refmod' has no 'nelastq', the number of modes");
-    find_order(&s);
+    /* m1(row, mode, column) unless sizes say that it is m1(row, column, mode). */
+    bool second = true, third = true;
+    for (int k = 0; k < PARTS; k++)
+        narrow(&s.part[k], &second, &third);
+    for (int n = 0; n < s.node_count; n++)
+        for (int k = 0; k < SIGMA; k++)
+            narrow(&s.nodes[n].part[k], &second, &third);
+    s.mode_last = !second && third;
     if (!fill_body(&s) || !take_nodes(&s, b) || !take_integrals(&s, b))
         return false;
     for (int k = 0; k < b->place_count; k++)

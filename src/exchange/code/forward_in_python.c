@@ -126,16 +126,6 @@ static void put_motion(const kmp_code_writer *w, const calls *c)
     kmp_text_printf(w->text, "    return _reduced(%s)\n", arrays);
 }
 
-static void put_closing(const kmp_code_writer *w, const calls *c)
-{
-    put_head(w, "close", c->arguments, ", steps=6",
-             "q with the coordinates `dependent` moved by steps of Newton's method, so that the closures are met.");
-    kmp_text_put(w->text, "    q = _vector(dict(enumerate(_list(q))), len(coordinate_names))\n"
-                          "    for _ in range(steps):\n");
-    put_calls(w, c, "        ");
-    kmp_text_put(w->text, "        q = _step(q, residuals, jacobian)\n    return q\n");
-}
-
 static void put_missing(const kmp_code_writer *w, const char *function, const char *before, const char *missing,
                         const char *after)
 {
@@ -160,8 +150,14 @@ void kmp_put_forward(const kmp_code_writer *w)
         put_motion(w, &of_motion);
     if (!loops || source->elements.count > 0)
         return;
-    if (of_closing.missing)
+    if (of_closing.missing) {
         put_missing(w, "The function close is", "the array ", of_closing.missing, "");
-    else
-        put_closing(w, &of_closing);
+    } else {
+        put_head(w, "close", of_closing.arguments, ", steps=6",
+                 "q with the coordinates `dependent` moved by steps of Newton's method, so that the closures are met.");
+        kmp_text_put(w->text, "    q = _vector(dict(enumerate(_list(q))), len(coordinate_names))\n"
+                              "    for _ in range(steps):\n");
+        put_calls(w, &of_closing, "        ");
+        kmp_text_put(w->text, "        q = _step(q, residuals, jacobian)\n    return q\n");
+    }
 }

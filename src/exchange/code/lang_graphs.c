@@ -5,7 +5,6 @@
  * one, since all derivatives by them are wanted. Both values of a choice are computed. */
 #include "exchange/code/forward_in_python.h"
 #include "exchange/code/language.h"
-#include "exchange/code/write.h"
 
 #define BLOCK(text) "\n\n" text "\n"
 

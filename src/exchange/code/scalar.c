@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/write.h"
-#include "output/print.h"
 #include "symbolic/ops.h"
 #include <stdio.h>
 #include <string.h>

@@ -16,7 +16,6 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/touching.h"
-#include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"
@@ -425,18 +424,6 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     return kmp_made(source->context, !source->arena.failed);
 }
 
-/* A speed that depends on parameters of the simulator would be another one after their change. */
-static kempe_status check_speeds(const kempe_model *model)
-{
-    for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "generated simulators: the speed by which friction '%s' may be regularised is an "
-                            "expression, which is not supported there; give a number",
-                            model->forces[k].name);
-    return KEMPE_OK;
-}
-
 static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -467,7 +454,15 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     f->driven = system->rheonomic;
     for (int r = 0; r < system->m; r++) /* only of friction: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
-    return check_speeds(source->model);
+    /* A speed that depends on parameters of the simulator would be another one after their change. */
+    const kempe_model *model = source->model;
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
 }
 
 static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)
@@ -560,21 +555,6 @@ static bool is_of_start(const kmp_code_source *source, int symbol)
     return alone;
 }
 
-/* Marks values that depend on accelerations or multipliers. */
-static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
-{
-    const int first = code->constants + code->inputs;
-    for (int k = 0; k < code->inputs; k++)
-        late[code->constants + k] = input[2 * k] == KEMPE_WATCH_QDD || input[2 * k] == KEMPE_WATCH_LAMBDA;
-    for (int k = 0; k < code->steps; k++) {
-        const kmp_bound_step *in = &code->step[k];
-        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
-        const unsigned operand[] = {in->a, in->b, in->c};
-        for (int i = 0; i < count; i++)
-            late[first + k] = late[first + k] || late[operand[i] >> 1];
-    }
-}
-
 /* Bounds of the conditions, by which the simulator finds their changes: kempe_watch. KEMPE_E_ARGUMENT with the name of
  * a condition that has no bounds. */
 static kempe_status find_watch(kmp_code_source *source)
@@ -604,7 +584,18 @@ static kempe_status find_watch(kmp_code_source *source)
                                     : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
                                                                               : kmp_place_in_argument(source, in);
     }
-    mark_late(&bounds->code, x->watch_input, late);
+    /* Marks values that depend on accelerations or multipliers. */
+    const int first = bounds->code.constants + bounds->code.inputs;
+    for (int k = 0; k < bounds->code.inputs; k++)
+        late[bounds->code.constants + k] =
+            x->watch_input[2 * k] == KEMPE_WATCH_QDD || x->watch_input[2 * k] == KEMPE_WATCH_LAMBDA;
+    for (int k = 0; k < bounds->code.steps; k++) {
+        const kmp_bound_step *in = &bounds->code.step[k];
+        const int count = in->op == KMP_OP_IMPLICIT ? 0 : in->op == KMP_OP_TABLE ? 1 : kmp_op_arity((kmp_op)in->op);
+        const unsigned operand[] = {in->a, in->b, in->c};
+        for (int i = 0; i < count; i++)
+            late[first + k] = late[first + k] || late[operand[i] >> 1];
+    }
     for (int k = 0; k < x->condition_count; k++) {
         const int output = x->watch_first + k;
         if (!bounds->known[output])

@@ -20,14 +20,12 @@
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "model/data/numbers.h"
-#include "model/data/outline.h"
 #include "model/data/output_table.h"
 #include "model/data/state.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "model/write/model_json.h"
-#include "model/write/model_print.h"
 #include "symbolic/table_function.h"
 #include <ctype.h>
 #include <kempe/kempe.h>
@@ -601,22 +599,18 @@ static bool place_symbols(kmp_code_source *source)
     return !source->arena.failed;
 }
 
-/* The model's name as an identifier. */
-static char *identifier_of(kmp_arena *arena, const char *name)
+static void name_all(kmp_code_source *source, const kempe_model *model)
 {
+    kmp_arena *arena = &source->arena;
+    source->title = kmp_arena_strdup(arena, model->name);
+    /* The model's name as an identifier. */
+    const char *name = model->name;
     kmp_text text = {0};
     if (!isalpha((unsigned char)name[0]))
         kmp_text_put(&text, "m_");
     for (; *name; name++)
         kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
-    return kmp_text_keep(&text, arena);
-}
-
-static void name_all(kmp_code_source *source, const kempe_model *model)
-{
-    kmp_arena *arena = &source->arena;
-    source->title = kmp_arena_strdup(arena, model->name);
-    source->name = identifier_of(arena, model->name);
+    source->name = kmp_text_keep(&text, arena);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);

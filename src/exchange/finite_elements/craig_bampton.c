@@ -190,16 +190,6 @@ static bool reduce_stiffness(const kmp_finite_mesh *mesh, kmp_modal_body *b)
     return true;
 }
 
-static kempe_status integrate(const kmp_finite_mesh *mesh, kmp_modal_body *b)
-{
-    const kmp_mesh_rows *m = &mesh->mass;
-    int *row = KMP_ARENA_NEW(mesh->arena, int, m->start[m->n]);
-    for (int i = 0; row && i < m->n; i++)
-        for (int e = m->start[i]; e < m->start[i + 1]; e++)
-            row[e] = i;
-    return kmp_made(mesh->context, row && kmp_modal_integrate(b, m->start[m->n], row, m->col, m->value));
-}
-
 /* -- orthogonal modes of the frame ------------------------------------------------------------------- */
 
 static bool flip(kmp_modal_body *b)
@@ -244,22 +234,6 @@ static kempe_status take_frame(const kmp_finite_mesh *mesh, kmp_modal_body *b, k
     return KEMPE_OK;
 }
 
-/* The checks of the reader of bodies: no rigid motion is left, and each mode has stiffness. */
-static kempe_status check_body(const kmp_finite_mesh *mesh, const kmp_modal_body *b)
-{
-    kmp_text why = {0};
-    double *elastic = KMP_ARENA_NEW(mesh->arena, double, b->count * b->count);
-    const int rigid = elastic ? kmp_modal_rigid(b, elastic, &why) : -1;
-    kempe_status status = KEMPE_OK;
-    if (why.s)
-        status = kmp_mesh_refuse(mesh, "%s", why.s);
-    else if (rigid != 0)
-        status = rigid < 0 ? kmp_fail_memory(mesh->context)
-                           : kmp_mesh_refuse(mesh, "%d of its modes are rigid motions", rigid);
-    kmp_text_free(&why);
-    return status;
-}
-
 /* -- the reduction ----------------------------------------------------------------------------------- */
 
 static kempe_status take_held_modes(const kmp_finite_mesh *mesh, kmp_held_mesh *held, int statics, int modes,
@@ -295,7 +269,12 @@ static kempe_status fill(const kmp_finite_mesh *mesh, kmp_held_mesh *held, int c
     KMP_TRY(take_held_modes(mesh, held, statics, modes, to));
     KMP_TRY(add_static(mesh, held, count, interfaces, b));
     KMP_TRY(kmp_made(mesh->context, reduce_stiffness(mesh, b)));
-    KMP_TRY(integrate(mesh, b));
+    const kmp_mesh_rows *m = &mesh->mass;
+    int *row = KMP_ARENA_NEW(mesh->arena, int, m->start[m->n]);
+    for (int i = 0; row && i < m->n; i++)
+        for (int e = m->start[i]; e < m->start[i + 1]; e++)
+            row[e] = i;
+    KMP_TRY(kmp_made(mesh->context, row && kmp_modal_integrate(b, m->start[m->n], row, m->col, m->value)));
     for (int p = 0; p < count; p++) {
         if (kmp_modal_add_nodes(b, interfaces[p].count, interfaces[p].nodes) < 0)
             return kmp_fail_memory(mesh->context);
@@ -308,7 +287,18 @@ static kempe_status fill(const kmp_finite_mesh *mesh, kmp_held_mesh *held, int c
     KMP_TRY(make_orthogonal(mesh, b, to->values));
     KMP_TRY(rigid_values(mesh, b, to->rigid, &residual));
     KMP_TRY(check_rigid(mesh, to->values[0], residual, to->rigid));
-    return check_body(mesh, b);
+    /* The checks of the reader of bodies: no rigid motion is left, and each mode has stiffness. */
+    kmp_text why = {0};
+    double *elastic = KMP_ARENA_NEW(mesh->arena, double, b->count * b->count);
+    const int rigid = elastic ? kmp_modal_rigid(b, elastic, &why) : -1;
+    kempe_status status = KEMPE_OK;
+    if (why.s)
+        status = kmp_mesh_refuse(mesh, "%s", why.s);
+    else if (rigid != 0)
+        status = rigid < 0 ? kmp_fail_memory(mesh->context)
+                           : kmp_mesh_refuse(mesh, "%d of its modes are rigid motions", rigid);
+    kmp_text_free(&why);
+    return status;
 }
 
 kempe_status kmp_craig_bampton(const kmp_finite_mesh *mesh, int count, const kmp_interface *interfaces, int modes,

@@ -5,6 +5,7 @@
 #include "exchange/finite_elements/held_mesh.h"
 #include "base/memory.h"
 #include "exchange/finite_elements/sparse_definite.h"
+#include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
 #include <float.h>
 #include <math.h>
@@ -163,24 +164,16 @@ typedef struct krylov {
     uint64_t random;
 } krylov;
 
-static double dot(int n, const double *a, const double *b)
-{
-    double sum = 0;
-    for (int i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /* Adds what is left of w without the basis, of unit mass, and its parts along the basis to `column` (NULL: nowhere);
  * *lost: what is left where the basis is full. False: no memory. */
 static bool add_vector(krylov *k, double *column, double *lost)
 {
     const int n = k->h->count;
     apply_mass(k->h, k->w, k->mass);
-    const double before = sqrt(fmax(dot(n, k->w, k->mass), 0));
+    const double before = sqrt(fmax(kmp_dot(n, k->w, k->mass), 0));
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < k->count; i++) {
-            const double part = dot(n, k->v[i], k->mass);
+            const double part = kmp_dot(n, k->v[i], k->mass);
             for (int f = 0; f < n; f++)
                 k->w[f] -= part * k->v[i][f];
             if (column)
@@ -188,7 +181,7 @@ static bool add_vector(krylov *k, double *column, double *lost)
         }
         apply_mass(k->h, k->w, k->mass);
     }
-    const double left = sqrt(fmax(dot(n, k->w, k->mass), 0));
+    const double left = sqrt(fmax(kmp_dot(n, k->w, k->mass), 0));
     if (!(left > DEPENDENT * before))
         return true;
     if (k->count == k->most) {

@@ -64,20 +64,6 @@ static kempe_status take_numbers(const reading *r, long first, long last)
     return KEMPE_OK;
 }
 
-static kempe_status take_nodes(reading *r, const char *word)
-{
-    long first, last;
-    const kmp_node_set *set = NULL;
-    for (int k = 0; k < r->mesh->set_count && !set; k++)
-        if (strcasecmp(r->mesh->sets[k].name, word) == 0)
-            set = &r->mesh->sets[k];
-    if (r->count == 0 || r->places || (!set && !take_range(word, &first, &last)))
-        return refuse_word(r, word);
-    for (int k = 0; set && k < set->count; k++)
-        r->taken[set->nodes[k]] = true;
-    return set ? KEMPE_OK : take_numbers(r, first, last);
-}
-
 /* -- places ------------------------------------------------------------------------------------------ */
 
 static bool take_number(const char **at, double *x)
@@ -189,7 +175,16 @@ static kempe_status take_word(reading *r, char *word)
         KMP_TRY(begin_interface(r, word));
         word = equals + 1;
     }
-    return take_nodes(r, word);
+    long first, last;
+    const kmp_node_set *set = NULL;
+    for (int k = 0; k < r->mesh->set_count && !set; k++)
+        if (strcasecmp(r->mesh->sets[k].name, word) == 0)
+            set = &r->mesh->sets[k];
+    if (r->count == 0 || r->places || (!set && !take_range(word, &first, &last)))
+        return refuse_word(r, word);
+    for (int k = 0; set && k < set->count; k++)
+        r->taken[set->nodes[k]] = true;
+    return set ? KEMPE_OK : take_numbers(r, first, last);
 }
 
 static double size_of(const kmp_finite_mesh *mesh)

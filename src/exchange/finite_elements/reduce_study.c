@@ -3,7 +3,6 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "exchange/finite_elements/craig_bampton.h"
-#include "linalg/dense/three.h"
 #include "output/named_arrays.h"
 #include "output/print.h"
 #include <kempe/reduce.h>

@@ -3,7 +3,6 @@
  * as in kempe_fmu.h. Dependencies are by the arguments that the generated routines read: coordinates follow from the
  * states through the closures, accelerations and multipliers from all that the routines of the motion read. */
 #include "exchange/fmu/unit_description.h"
-#include "base/memory.h"
 #include "exchange/fmu/unit_files.h"
 #include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"

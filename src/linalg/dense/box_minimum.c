@@ -100,18 +100,6 @@ static void eliminate(search *s)
     }
 }
 
-/* Back substitution, by places: the step of each pivot follows from the steps of the entries behind it. */
-static void substitute_back(const search *s, bool whole, double *step)
-{
-    for (int k = s->count; k-- > 0;) {
-        const double *row = s->work + k * s->inside;
-        double sum = whole ? s->rest[k] : 0;
-        for (int l = k + 1; l < s->inside; l++)
-            sum -= row[l] * step[l];
-        step[k] = sum / row[k];
-    }
-}
-
 /* The scaled D of entries inside, row by row, and the scaled -y as a right-hand side. */
 static void take_inside(search *s)
 {
@@ -152,7 +140,14 @@ static bool find_step(search *s)
     double *by_place = s->y; /* its slopes have been taken */
     for (int k = s->count; k < s->inside; k++)
         by_place[k] = k == fall ? s->rest[k] : 0;
-    substitute_back(s, fall < 0, by_place);
+    /* Back substitution, by places: the step of each pivot follows from the steps of the entries behind it. */
+    for (int k = s->count; k-- > 0;) {
+        const double *row = s->work + k * s->inside;
+        double sum = fall < 0 ? s->rest[k] : 0;
+        for (int l = k + 1; l < s->inside; l++)
+            sum -= row[l] * by_place[l];
+        by_place[k] = sum / row[k];
+    }
     memset(s->step, 0, (size_t)s->box->n * sizeof *s->step);
     for (int k = 0; k < s->inside; k++)
         s->step[s->order[k]] = by_place[k] / s->scale[s->order[k]];

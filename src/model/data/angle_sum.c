@@ -115,15 +115,6 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
     }
 }
 
-/* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
-static double angle_at_rest(const double u[3], const double v[3], const double w[3])
-{
-    double across[3];
-    kmp_cross3(u, v, across);
-    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
-    return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
-}
-
 bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3], double *constant, double *factor)
 {
     double e[3][3];
@@ -133,7 +124,11 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3],
         body[k] = model->points[axis[k].point].body;
         common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
-    *constant = angle_at_rest(e[0], e[1], e[2]);
+    /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
+    double across[3];
+    kmp_cross3(e[0], e[1], across);
+    double s = kmp_dot(3, e[2], across), c = kmp_dot(3, e[0], e[1]) - kmp_dot(3, e[2], e[0]) * kmp_dot(3, e[2], e[1]);
+    *constant = atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
     for (int k = 0; k < 3; k++)
         if (model->points[axis[k].point].station > 0)
             return false;

@@ -3,7 +3,6 @@
  * with one tangent share, and as far behind it as its solid reaches: beyond half of that a circle is on the other side
  * of the solid. The line that halves a corner is a further border where the other side of the corner is near the line
  * across the end. */
-#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/data/outline.h"
 #include <math.h>

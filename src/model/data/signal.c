@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Samples as pieces: constant between samples, linear or cubic, each a polynomial in the time from its beginning. */
 #include "model/data/signal.h"
+#include "base/quantile.h"
 #include "base/spline.h"
 #include <math.h>
 #include <string.h>
@@ -38,15 +39,7 @@ bool kmp_signal_init(kmp_signal *signal, kmp_arena *arena, kmp_signal_method met
 /* The last sample at t or before, -1: none. */
 static int sample_before(const kmp_signal *s, double t)
 {
-    int low = -1, high = s->count;
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (s->t[middle] <= t)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return kmp_ordered_last(s->t, -1, s->count, t);
 }
 
 static bool is_constant(const double c[4])

@@ -111,17 +111,6 @@ static const kmp_beam_second *second_of(const maker *m, int k, int l)
 
 /* -- first order ------------------------------------------------------------------------------------- */
 
-static void put_rigid(const maker *m)
-{
-    kmp_flexible *to = m->to;
-    *to->length = m->beam->length;
-    *to->mass = plain_moment(m, m->line_mass, 1, &one, &one);
-    to->moment[0] = plain_moment(m, m->line_mass, 2, &one, &m->place);
-    to->second[0] = plain_moment(m, m->line_mass, 3, &m->place, &m->place);
-    to->second[1] = plain_moment(m, &m->section_mass[0], 1, &one, &one);
-    to->second[2] = plain_moment(m, &m->section_mass[1], 1, &one, &one);
-}
-
 /* Of a section's point at y, or z (c: 1, 2), the component a of theta x (0, y, z) by y: the component of theta, and its
  * sign, 0 where there is none. */
 static int section_part(int c, int a, int *component)
@@ -379,11 +368,16 @@ static kmp_number value_of(const maker *m, const kmp_beam_field *field, kmp_numb
     return scaled(m, sum, exponent);
 }
 
-/* Moments of a section by the curvature and twist of the axis: G J phi', -E Iy w'', E Iz v''. */
-static void put_strained(const maker *m, kmp_station *station, kmp_number xi)
+static void put_station(const maker *m, kmp_station *station, kmp_number x)
 {
-    static const int axis[] = {[KMP_BEAM_Y] = 2, [KMP_BEAM_Z] = 1, [KMP_BEAM_TORSION] = 0};
     const int n = m->to->count;
+    const kmp_number xi =
+        kmp_number_same(x, m->beam->length) ? (kmp_number){.value = 1} : kmp_number_over(m->arena, x, m->beam->length);
+    station->at[0] = x;
+    for (int c = 0; c < 3; c++)
+        station->section[c] = kmp_taper_at(m->arena, &m->beam->section[c], xi);
+    /* Moments of a section by the curvature and twist of the axis: G J phi', -E Iy w'', E Iz v''. */
+    static const int axis[] = {[KMP_BEAM_Y] = 2, [KMP_BEAM_Z] = 1, [KMP_BEAM_TORSION] = 0};
     for (int k = 0; k < n; k++) {
         const kmp_beam_family family = m->shapes[k].family;
         if (family == KMP_BEAM_AXIAL)
@@ -396,17 +390,6 @@ static void put_strained(const maker *m, kmp_station *station, kmp_number xi)
         const kmp_number moment = kmp_number_times(m->arena, stiffness, kmp_polynomial_number(m->arena, &curve, xi));
         station->strained[n * axis[family] + k] = kmp_number_scale(m->arena, family == KMP_BEAM_Z ? -1 : 1, moment);
     }
-}
-
-static void put_station(const maker *m, kmp_station *station, kmp_number x)
-{
-    const int n = m->to->count;
-    const kmp_number xi =
-        kmp_number_same(x, m->beam->length) ? (kmp_number){.value = 1} : kmp_number_over(m->arena, x, m->beam->length);
-    station->at[0] = x;
-    for (int c = 0; c < 3; c++)
-        station->section[c] = kmp_taper_at(m->arena, &m->beam->section[c], xi);
-    put_strained(m, station, xi);
     if (kmp_number_is_nothing(x) && m->beam->frame == KMP_FRAME_CLAMPED)
         return;
     for (int k = 0; k < n; k++)
@@ -539,7 +522,12 @@ static bool put_moments(maker *m)
     if (!numbers)
         return false;
     kmp_flexible_lay(to, numbers);
-    put_rigid(m);
+    *to->length = m->beam->length;
+    *to->mass = plain_moment(m, m->line_mass, 1, &one, &one);
+    to->moment[0] = plain_moment(m, m->line_mass, 2, &one, &m->place);
+    to->second[0] = plain_moment(m, m->line_mass, 3, &m->place, &m->place);
+    to->second[1] = plain_moment(m, &m->section_mass[0], 1, &one, &one);
+    to->second[2] = plain_moment(m, &m->section_mass[1], 1, &one, &one);
     put_first_order(m);
     put_second_order(m, m->amounts);
     return true;

@@ -252,22 +252,6 @@ static void rotate(int n, double *a, double *x, int i, int j)
     a[i + n * j] = a[j + n * i] = 0;
 }
 
-/* Makes a diagonal and positive matrix of a, whose columns were the columns of x. */
-static void diagonalise(int n, double *a, double *x)
-{
-    enum { SWEEPS = 60 }; /* they converge quadratically, in less than ten */
-    bool on = true;
-    for (int sweep = 0; sweep < SWEEPS && on; sweep++) {
-        on = false;
-        for (int i = 0; i < n; i++)
-            for (int j = i + 1; j < n; j++)
-                if (fabs(a[i + n * j]) > DBL_EPSILON * sqrt(fabs(a[i + n * i] * a[j + n * j]))) {
-                    rotate(n, a, x, i, j);
-                    on = true;
-                }
-    }
-}
-
 bool kmp_beam_modes(int n, double *stiffness, double *mass, double *x, double *values)
 {
     double kept[KMP_BEAM_MOST * KMP_BEAM_MOST] = {0};
@@ -277,7 +261,18 @@ bool kmp_beam_modes(int n, double *stiffness, double *mass, double *x, double *v
     kmp_cholesky_congruence(n, stiffness, mass);
     for (int i = 0; i < n; i++)
         kept[i + n * i] = 1;
-    diagonalise(n, mass, kept);
+    /* Makes a diagonal and positive matrix of a, whose columns were the columns of x. */
+    enum { SWEEPS = 60 }; /* they converge quadratically, in less than ten */
+    bool on = true;
+    for (int sweep = 0; sweep < SWEEPS && on; sweep++) {
+        on = false;
+        for (int i = 0; i < n; i++)
+            for (int j = i + 1; j < n; j++)
+                if (fabs(mass[i + n * j]) > DBL_EPSILON * sqrt(fabs(mass[i + n * i] * mass[j + n * j]))) {
+                    rotate(n, mass, kept, i, j);
+                    on = true;
+                }
+    }
     for (int k = 0; k < n; k++) {
         int at = k;
         for (; at > 0 && mass[order[at - 1] * (n + 1)] < mass[k * (n + 1)]; at--)

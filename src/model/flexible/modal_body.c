@@ -757,17 +757,6 @@ static bool put_damping(kmp_arena *arena, const kmp_modal_body *b, bool damped, 
     return true;
 }
 
-/* The farthest node or place from the origin. */
-static double size_of(const kmp_modal_body *b)
-{
-    double square = 0;
-    for (int i = 0; i < b->node_count; i++)
-        square = fmax(square, kmp_dot3(b->node + 3 * (ptrdiff_t)i, b->node + 3 * (ptrdiff_t)i));
-    for (int p = 0; p < b->place_count; p++)
-        square = fmax(square, kmp_dot3(b->places[p].at, b->places[p].at));
-    return square > 0 ? sqrt(square) : sqrt(trace(b->second) / b->mass);
-}
-
 bool kmp_modal_make(kmp_arena *arena, kmp_modal_body *b, bool damped, kmp_number ratio, const kmp_number rayleigh[2],
                     kmp_flexible *f)
 {
@@ -786,7 +775,13 @@ bool kmp_modal_make(kmp_arena *arena, kmp_modal_body *b, bool damped, kmp_number
     if (!numbers)
         return false;
     kmp_flexible_lay(f, numbers);
-    f->length->value = size_of(b);
+    /* The farthest node or place from the origin. */
+    double square = 0;
+    for (int i = 0; i < b->node_count; i++)
+        square = fmax(square, kmp_dot3(b->node + 3 * (ptrdiff_t)i, b->node + 3 * (ptrdiff_t)i));
+    for (int p = 0; p < b->place_count; p++)
+        square = fmax(square, kmp_dot3(b->places[p].at, b->places[p].at));
+    f->length->value = square > 0 ? sqrt(square) : sqrt(trace(b->second) / b->mass);
     put_fields(b, f);
     if (first)
         put_forms(b, f);

@@ -608,25 +608,6 @@ static bool read_all_points(sources *s, const kmp_yaml *ground)
     return true;
 }
 
-/* -- shapes of grounds --------------------------------------------------------------------------- */
-
-static void read_ground_shapes(kmp_reader *r)
-{
-    static const kmp_number none[3] = {{.value = 0}};
-    const kmp_shape_owner own = {.body = 0, .name = "the ground", .origin = none};
-    const kmp_yaml *ground = kmp_yaml_get(r->root, "ground");
-    if (ground)
-        kmp_read_shapes(r, ground, &own);
-    for (int i = 0; i < r->instance_count; i++) {
-        const kmp_include_instance *instance = &r->instances[i];
-        const kmp_yaml *map = kmp_yaml_get(instance->root, "ground");
-        if (!map || instance->ground < 0)
-            continue;
-        const kmp_point *origin = &r->model->points[instance->ground];
-        kmp_read_shapes(r, map, &(kmp_shape_owner){origin->body, "the ground", origin->at});
-    }
-}
-
 /* -- the whole ----------------------------------------------------------------------------------- */
 
 /* The ground exists also without bodies, so that references to it can be read. */
@@ -692,5 +673,18 @@ void kmp_read_bodies(kmp_reader *r)
     read_joints(&s);
     for (int k = 0; k < s.count; k++)
         kmp_read_mass(r, s.list[s.order[k]].map, k + 1);
-    read_ground_shapes(r);
+    /* Shapes of the ground, of the model and of included files. */
+    static const kmp_number none[3] = {{.value = 0}};
+    const kmp_shape_owner own = {.body = 0, .name = "the ground", .origin = none};
+    const kmp_yaml *ground = kmp_yaml_get(r->root, "ground");
+    if (ground)
+        kmp_read_shapes(r, ground, &own);
+    for (int i = 0; i < r->instance_count; i++) {
+        const kmp_include_instance *instance = &r->instances[i];
+        const kmp_yaml *included = kmp_yaml_get(instance->root, "ground");
+        if (!included || instance->ground < 0)
+            continue;
+        const kmp_point *origin = &r->model->points[instance->ground];
+        kmp_read_shapes(r, included, &(kmp_shape_owner){origin->body, "the ground", origin->at});
+    }
 }

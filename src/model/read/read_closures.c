@@ -59,18 +59,6 @@ static const struct {
     {"equals", KMP_CLOSURE_NONE, NEEDS(TERMS)},
     {"power", KMP_CLOSURE_NONE, NEEDS(EXPRESSION) | NEEDS(CURVE)}};
 
-static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_closure *closure)
-{
-    const kmp_closure_row *row = kmp_closure_row_of(closure);
-    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
-    for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
-        const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
-        bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << row->needs;
-        if (node && !good)
-            kmp_complain_of(r, node, what, "a %s closure has no %s", row->name, takes[k].key);
-    }
-}
-
 /* The number of its kind; for a function of time the value at t = 0 is checked. */
 static void read_number(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
@@ -255,7 +243,13 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
         return;
     closure->kind = kinds[found].kind;
     const kmp_closure_row *row = kmp_closure_row_of(closure);
-    check_keys(r, map, what, closure);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
+        const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
+        bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << row->needs;
+        if (node && !good)
+            kmp_complain_of(r, node, what, "a %s closure has no %s", row->name, takes[k].key);
+    }
     if (row->needs != KMP_NEEDS_TERMS && row->needs != KMP_NEEDS_EXPRESSION && row->needs != KMP_NEEDS_FOLLOWER)
         kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)

@@ -666,19 +666,6 @@ static void check_source(entry *e, const kmp_yaml *map, bool file)
                      file ? "beams, and its modes are in a file" : "bodies from files, and it has none");
 }
 
-static void read_file(entry *e, const kmp_yaml *map)
-{
-    e->of_file = true;
-    check_source(e, map, true);
-    if (kmp_yaml_get(map, "damping"))
-        read_damping(e, kmp_yaml_get(map, "damping"));
-    e->file = kmp_read_modal_body(e->r, map, e->body, e->beam.frame);
-    if (e->file)
-        e->file->damped = kmp_yaml_get(map, "damping");
-    else
-        fail(e);
-}
-
 static void read_flexible(entry *e, const kmp_yaml *map)
 {
     static const char *const frames[] = {"clamped", "chord", "mean"}, *const stiffenings[] = {"none", "first", "full"};
@@ -688,7 +675,15 @@ static void read_flexible(entry *e, const kmp_yaml *map)
         return;
     e->beam.frame = (kmp_flexible_frame)read_word(e, map, "frame", KMP_NAMES_OF(frames), KMP_FRAME_CLAMPED);
     if (kmp_yaml_get(map, "file")) {
-        read_file(e, map);
+        e->of_file = true;
+        check_source(e, map, true);
+        if (kmp_yaml_get(map, "damping"))
+            read_damping(e, kmp_yaml_get(map, "damping"));
+        e->file = kmp_read_modal_body(e->r, map, e->body, e->beam.frame);
+        if (e->file)
+            e->file->damped = kmp_yaml_get(map, "damping");
+        else
+            fail(e);
         return;
     }
     check_source(e, map, false);
@@ -920,18 +915,6 @@ static void make_modal_body(entry *e, kmp_flexible *flexible)
         e->r->model->arena.failed = true;
 }
 
-static void keep_beam(kempe_model *model, const kmp_beam *beam, kmp_flexible *flexible)
-{
-    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
-    if (!kept)
-        return;
-    *kept = *beam;
-    kept->stations = NULL;
-    kept->station_count = 0;
-    kept->fixed = NULL;
-    flexible->beam = kept;
-}
-
 static void make_beam(entry *e, kmp_flexible *flexible)
 {
     kempe_model *model = e->r->model;
@@ -950,7 +933,14 @@ static void make_beam(entry *e, kmp_flexible *flexible)
         kmp_reader_complain(e->r, model->bodies[flexible->body].place,
                             "the beam of %s: its constants are not finite: its numbers are too large or too small",
                             e->body);
-    keep_beam(model, &e->beam, flexible);
+    kmp_beam *kept = KMP_ARENA_NEW(&model->arena, kmp_beam, 1);
+    if (!kept)
+        return;
+    *kept = e->beam;
+    kept->stations = NULL;
+    kept->station_count = 0;
+    kept->fixed = NULL;
+    flexible->beam = kept;
 }
 
 /* Mean axes are not a section that a joint could hold. */

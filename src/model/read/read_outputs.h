@@ -2,7 +2,6 @@
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
 #pragma once
 
-#include "model/data/place.h"
 #include "model/read/reading.h"
 #include <kempe/kempe.h>
 

@@ -12,7 +12,6 @@
 #include "model/read/read_include.h"
 #include "model/read/read_tables.h"
 #include "model/read/read_values.h"
-#include "model/read/reader.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

@@ -382,23 +382,6 @@ static void read_names(kmp_reader *r, const kmp_yaml *list, const char *what, in
     }
 }
 
-/* One condition, or a list of them. */
-static void read_until(kmp_reader *r, const kmp_yaml *node)
-{
-    kmp_run_settings *run = &r->model->run;
-    bool several = node && node->kind == KMP_YAML_LIST;
-    int count = !node ? 0 : several ? node->count : 1;
-    if (node)
-        run->until_place = node->place;
-    run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
-    for (int i = 0; run->until && i < count; i++) {
-        const kmp_yaml *item = several ? node->items[i] : node;
-        const kmp_expr *e = kmp_read_expr(r, item, "run until", KMP_DIM_ANY, KMP_COMPARISON);
-        if (e)
-            run->until[run->until_count++] = e;
-    }
-}
-
 void kmp_read_run(kmp_reader *r)
 {
     kmp_run_settings *run = &r->model->run;
@@ -419,5 +402,17 @@ void kmp_read_run(kmp_reader *r)
 #define KMP_RUN_OPTION(name, type, key, ...) READ_##key(name)
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
-    read_until(r, kmp_yaml_get(map, "until"));
+    /* One condition, or a list of them. */
+    const kmp_yaml *node = kmp_yaml_get(map, "until");
+    bool several = node && node->kind == KMP_YAML_LIST;
+    int count = !node ? 0 : several ? node->count : 1;
+    if (node)
+        run->until_place = node->place;
+    run->until = KMP_ARENA_NEW(&r->model->arena, const kmp_expr *, count);
+    for (int i = 0; run->until && i < count; i++) {
+        const kmp_yaml *item = several ? node->items[i] : node;
+        const kmp_expr *e = kmp_read_expr(r, item, "run until", KMP_DIM_ANY, KMP_COMPARISON);
+        if (e)
+            run->until[run->until_count++] = e;
+    }
 }

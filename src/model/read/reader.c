@@ -9,7 +9,6 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
-#include "model/files/document.h"
 #include "model/files/element_library.h"
 #include "model/read/body_models.h"
 #include "model/read/clearance.h"
@@ -244,23 +243,6 @@ static bool keep_settings(kempe_model *model, const kempe_setting *list, int cou
     return !model->arena.failed;
 }
 
-static void begin_digest(kmp_reader *r, const char *text, size_t length)
-{
-    r->digests = true;
-    kmp_digest_begin(&r->digest);
-    kmp_reader_digest(r, r->file, text, length);
-    if (kmp_context_has_limits(r->context))
-        kmp_digest_add_text(&r->digest, "limits");
-    if (kmp_context_base(r->context) != KMP_BASE_OF_FORMAT)
-        kmp_digest_add_text(&r->digest, kmp_context_base(r->context) == KMP_BASE_FREE ? "free" : "fixed");
-    if (r->bodies_as)
-        kmp_digest_add_text(&r->digest, r->bodies_as);
-    for (int k = 0; k < r->setting_count; k++) {
-        kmp_digest_add_text(&r->digest, r->settings[k].name);
-        kmp_digest_add_text(&r->digest, r->settings[k].value);
-    }
-}
-
 static kempe_status read_model(kempe_context *context, const char *text, size_t length, const char *label,
                                const kempe_setting *list, int count, const char *bodies_as, kempe_model **model)
 {
@@ -275,7 +257,19 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
     }
     kmp_base base = kmp_context_base(context);
     r.file = r.model->source.file;
-    begin_digest(&r, text, length);
+    r.digests = true;
+    kmp_digest_begin(&r.digest);
+    kmp_reader_digest(&r, r.file, text, length);
+    if (kmp_context_has_limits(r.context))
+        kmp_digest_add_text(&r.digest, "limits");
+    if (kmp_context_base(r.context) != KMP_BASE_OF_FORMAT)
+        kmp_digest_add_text(&r.digest, kmp_context_base(r.context) == KMP_BASE_FREE ? "free" : "fixed");
+    if (r.bodies_as)
+        kmp_digest_add_text(&r.digest, r.bodies_as);
+    for (int k = 0; k < r.setting_count; k++) {
+        kmp_digest_add_text(&r.digest, r.settings[k].name);
+        kmp_digest_add_text(&r.digest, r.settings[k].value);
+    }
     return finish_reading(&r, kmp_reader_load(&r, 0, text, length, base, &r.root), model);
 }
 

@@ -183,19 +183,6 @@ static void show_points(kmp_text *text, const kempe_model *model, const by_body 
     }
 }
 
-static void show_inertia(kmp_text *text, const kmp_body *body)
-{
-    put_number(text, "    mass ", body->mass.value);
-    put_vector(text, ", com ", body->com);
-    kmp_text_put(text, ", inertia");
-    for (int i = 0; i < 6; i++)
-        if (i < 3 || body->inertia[i].value != 0) {
-            kmp_text_printf(text, " %s", kmp_inertia_names[i]);
-            put_number(text, " ", body->inertia[i].value);
-        }
-    kmp_text_put(text, "\n");
-}
-
 static void show_flexible(kmp_text *text, const kempe_model *model, kmp_flexible *flexible)
 {
     if (flexible->file)
@@ -237,7 +224,15 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
     const kmp_body rigid = kmp_body_undeformed(model, i);
-    show_inertia(text, &rigid);
+    put_number(text, "    mass ", rigid.mass.value);
+    put_vector(text, ", com ", rigid.com);
+    kmp_text_put(text, ", inertia");
+    for (int k = 0; k < 6; k++)
+        if (k < 3 || rigid.inertia[k].value != 0) {
+            kmp_text_printf(text, " %s", kmp_inertia_names[k]);
+            put_number(text, " ", rigid.inertia[k].value);
+        }
+    kmp_text_put(text, "\n");
     if (body->flexible > 0)
         show_flexible(text, model, &model->flexibles[body->flexible - 1]);
 }

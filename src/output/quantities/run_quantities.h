@@ -5,7 +5,6 @@
  * run gives values of channels, which are expressions at a state. */
 #pragma once
 
-#include "base/arena.h"
 #include "model/language/expression.h"
 #include <stddef.h>
 

@@ -81,15 +81,6 @@ static int points_of(double length, double step)
     return (int)fmin(MOST_POINTS, fmax(1, ceil(length / step - 1e-6))) + 1;
 }
 
-/* The scale of the lengths in the search for contact: the wheel's radius over 0.46 m. For a profile that is very wide
- * or narrow for that radius its width decides. */
-static double zones_scale(const kmp_wheel *wheel)
-{
-    const kmp_table *height = wheel->profile->height;
-    double width = (end_of(height) - height->x[0]) / GRID;
-    return fmin(fmax(wheel->radius.value / USUAL, width / MOST_POINTS), width / FEWEST_POINTS);
-}
-
 static bool make_runs(scan *s, runs *r, int points)
 {
     int count = (s->count + points - 1) / points;
@@ -663,7 +654,11 @@ static void read_wheel(const reading *w)
     good = read_zones(w) && good;
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
-    wheel->scale = zones_scale(wheel);
+    /* The scale of the lengths in the search for contact: the wheel's radius over 0.46 m. For a profile that is very
+     * wide or narrow for that radius its width decides. */
+    const kmp_table *height = wheel->profile->height;
+    double width = (end_of(height) - height->x[0]) / GRID;
+    wheel->scale = fmin(fmax(wheel->radius.value / USUAL, width / MOST_POINTS), width / FEWEST_POINTS);
     /* Sets the neutral position: the one of an earlier wheel of the same shape, or finds it. */
     const kempe_model *model = w->r->model;
     const kmp_wheel *other = model->wheels;

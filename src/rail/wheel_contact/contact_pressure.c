@@ -395,23 +395,6 @@ static answer roll(zone *z, const kmp_wheel *w, kempe_contact_patch *p)
 
 /* -- the patch --------------------------------------------------------------------------------------------- */
 
-static kempe_status take_outline(kempe_contacts *t, const zone *z, double y, int every, kmp_patch_outline *outline)
-{
-    outline->strip = KMP_ARENA_NEW(&t->arena, kmp_outline_strip, z->gap.count / every + 1);
-    KMP_TRY(kmp_made(t->given->context, outline->strip));
-    int lobe = 0;
-    for (int k = 0; k < z->gap.count; k++) {
-        const kmp_strip *s = &z->strip[k];
-        if (!(s->load > 0))
-            continue;
-        lobe += k == 0 || !(z->strip[k - 1].load > 0);
-        if (k % every == 0)
-            outline->strip[outline->count++] = (kmp_outline_strip){
-                .lobe = lobe, .y = y + z->y[k], .from = s->from, .to = s->to, .pressure = s->pressure};
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status take(kempe_contacts *t, const zone *z, answer found, kempe_contact_patch *p,
                          kmp_patch_outline *outline)
 {
@@ -425,7 +408,20 @@ static kempe_status take(kempe_contacts *t, const zone *z, answer found, kempe_c
     p->area = z->pressed.area;
     p->approach = z->pressed.approach;
     p->lobes = z->pressed.lobes;
-    return take_outline(t, z, p->y, t->pressure == KMP_PRESSURE_HALF_SPACE ? t->finer : THINNED, outline);
+    int every = t->pressure == KMP_PRESSURE_HALF_SPACE ? t->finer : THINNED;
+    outline->strip = KMP_ARENA_NEW(&t->arena, kmp_outline_strip, z->gap.count / every + 1);
+    KMP_TRY(kmp_made(t->given->context, outline->strip));
+    int lobe = 0;
+    for (int k = 0; k < z->gap.count; k++) {
+        const kmp_strip *s = &z->strip[k];
+        if (!(s->load > 0))
+            continue;
+        lobe += k == 0 || !(z->strip[k - 1].load > 0);
+        if (k % every == 0)
+            outline->strip[outline->count++] = (kmp_outline_strip){
+                .lobe = lobe, .y = p->y + z->y[k], .from = s->from, .to = s->to, .pressure = s->pressure};
+    }
+    return KEMPE_OK;
 }
 
 kempe_status kmp_contact_pressure(kempe_contacts *t, int wheel, int number, const double *pose, kempe_contact_patch *p,

@@ -688,20 +688,6 @@ static void draw_conicities(kmp_text *text, const kempe_contacts *t, bool radii,
     kmp_plot_end(&plot);
 }
 
-/* In the last panel's place: the legend of the wheels' colours. */
-static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double y)
-{
-    for (int w = 0; w < t->wheel_count; w++, y += LINE)
-        kmp_picture_entry(text, x, y, "curve", kmp_plot_colour(w), "%s", kmp_model_wheel(t->system->model, w)->name);
-    if (t->has_law)
-        kmp_picture_entry(text, x, y, "dashed", "#222", "by %s", kmp_contact_law_word(t));
-    kmp_picture_words(text, x, y + 1.5 * LINE, "", "lines join what touches, from");
-    kmp_picture_entry(text, x, y + 2.5 * LINE, "curve", shade_of(t, 0).words, "%.6g to", swept(t, 0));
-    const char *unit = contact_shown(t, contact_unit(t, 0)).unit;
-    kmp_picture_entry(text, x, y + 3.5 * LINE, "curve", shade_of(t, t->count - 1).words, "%.6g%s%s",
-                      swept(t, t->count - 1), unit[0] ? " " : "", unit);
-}
-
 kempe_status kempe_contacts_write_picture(const kempe_contacts *t, const char *path)
 {
     KMP_WANTED(NULL, t, "table");
@@ -722,7 +708,17 @@ kempe_status kempe_contacts_write_picture(const kempe_contacts *t, const char *p
         int line = k / PANELS_A_LINE;
         put_panel(&text, t, &panels[k], k % PANELS_A_LINE * narrow, lines * SECTION + line * PANEL, narrow);
     }
-    put_legend(&text, t, WIDTH - narrow + 4 * LINE, below - PANEL + 3 * LINE);
+    /* In the last panel's place: the legend of the wheels' colours. */
+    double x = WIDTH - narrow + 4 * LINE, y = below - PANEL + 3 * LINE;
+    for (int w = 0; w < t->wheel_count; w++, y += LINE)
+        kmp_picture_entry(&text, x, y, "curve", kmp_plot_colour(w), "%s", kmp_model_wheel(t->system->model, w)->name);
+    if (t->has_law)
+        kmp_picture_entry(&text, x, y, "dashed", "#222", "by %s", kmp_contact_law_word(t));
+    kmp_picture_words(&text, x, y + 1.5 * LINE, "", "lines join what touches, from");
+    kmp_picture_entry(&text, x, y + 2.5 * LINE, "curve", shade_of(t, 0).words, "%.6g to", swept(t, 0));
+    const char *unit = contact_shown(t, contact_unit(t, 0)).unit;
+    kmp_picture_entry(&text, x, y + 3.5 * LINE, "curve", shade_of(t, t->count - 1).words, "%.6g%s%s",
+                      swept(t, t->count - 1), unit[0] ? " " : "", unit);
     for (int k = 0; k < 2 && t->conicities.count > 0; k++)
         draw_conicities(&text, t, k == 0, k * WIDTH / 2.0, below, WIDTH / 2.0);
     kmp_picture_end(&text);

@@ -8,7 +8,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
@@ -171,9 +170,17 @@ static kempe_status read_request(kempe_contacts *t, const kempe_contact_options 
 
 /* -- the system ---------------------------------------------------------------------------------------- */
 
-/* Replaces the model's outputs by the outputs of its wheels: the contacts of all, then their poses. */
-static kempe_status add_outputs(kempe_model *copy, bool poses)
+static kempe_status make_system(kempe_contacts *t)
 {
+    const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
+    KMP_TRY(kmp_made(t->given->context, names));
+    for (int k = 0; k < t->over.count; k++)
+        if (t->swept[k].parameter >= 0)
+            names[t->swept[k].parameter] = t->over.range[k].name;
+    KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
+    /* Replaces the model's outputs by the outputs of its wheels: the contacts of all, then their poses. */
+    kempe_model *copy = kmp_variant_model(t->variant);
+    bool poses = t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0;
     int count = copy->wheel_count;
     kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, 2 * count);
     KMP_TRY(kmp_made(copy->context, outputs));
@@ -183,18 +190,6 @@ static kempe_status add_outputs(kempe_model *copy, bool poses)
     }
     copy->outputs = outputs;
     copy->output_count = poses ? 2 * count : count;
-    return KEMPE_OK;
-}
-
-static kempe_status make_system(kempe_contacts *t)
-{
-    const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
-    KMP_TRY(kmp_made(t->given->context, names));
-    for (int k = 0; k < t->over.count; k++)
-        if (t->swept[k].parameter >= 0)
-            names[t->swept[k].parameter] = t->over.range[k].name;
-    KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
-    KMP_TRY(add_outputs(kmp_variant_model(t->variant), t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0));
     return kmp_system_of_variant(t->variant, &t->system);
 }
 

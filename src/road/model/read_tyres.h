@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #pragma once
 
-#include "model/data/tyre.h"
 #include "model/read/reading.h"
 
 /** Roads and tyres, with the states of transient ones. */

@@ -115,17 +115,6 @@ static void add_unused(source *s, const char *before, const char *name, const ch
         kmp_text_printf(&s->unused, "%s%s%s", before, name, behind);
 }
 
-/* A key without a place in the equations: words, dimensions and masses say nothing to them. */
-static void note_unused(source *s, const char *key)
-{
-    static const char *const silent[] = {
-        "MDI_HEADER", "UNITS", "DIMENSION", "MODEL", "INERTIA", "TIRE_CONDITIONS", "OPERATING_CONDITIONS", "SHAPE"};
-    for (size_t k = 0; k < sizeof silent / sizeof *silent; k++)
-        if (strcmp(s->section, silent[k]) == 0)
-            return;
-    add_unused(s, "", key, "");
-}
-
 /* A word of the section MODEL or the head; true: it is one. */
 static bool read_head(source *s, const char *key, const char *value)
 {
@@ -170,7 +159,13 @@ static void read_pair(source *s, const char *key, char *value)
     s->inflated = is_equal(key, "INFLPRES") ? x : s->inflated;
     s->nominal = is_equal(key, "NOMPRES") ? x : s->nominal;
     s->pressed = s->pressed || (toupper((unsigned char)key[0]) == 'P' && toupper((unsigned char)key[1]) == 'P');
-    note_unused(s, key);
+    /* A key without a place in the equations: words, dimensions and masses say nothing to them. */
+    static const char *const silent[] = {
+        "MDI_HEADER", "UNITS", "DIMENSION", "MODEL", "INERTIA", "TIRE_CONDITIONS", "OPERATING_CONDITIONS", "SHAPE"};
+    for (size_t k = 0; k < sizeof silent / sizeof *silent; k++)
+        if (strcmp(s->section, silent[k]) == 0)
+            return;
+    add_unused(s, "", key, "");
 }
 
 static char *trimmed(char *text)

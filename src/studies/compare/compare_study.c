@@ -3,7 +3,6 @@
 #include "studies/compare/compare_study.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/solver.h"

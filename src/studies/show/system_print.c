@@ -47,19 +47,6 @@ static kempe_status find_program(const kempe_system *system, const kmp_program *
 
 /* -- equations --------------------------------------------------------------------------------------- */
 
-/* The legend of the indices. */
-static void legend(kmp_text *text, const kempe_system *system)
-{
-    kmp_text_printf(text, "# %s: M qdd + C = J' lambda, h = 0, J qdd + jdqd = 0; entries not shown are zero\n# q:",
-                    kempe_model_name(system->model));
-    for (int k = 0; k < system->n; k++)
-        kmp_text_printf(text, " %d %s", k + 1, kmp_model_motion(system->model, k)->name);
-    kmp_text_put(text, system->m ? "\n# h:" : "");
-    for (int r = 0; r < system->m; r++)
-        kmp_text_printf(text, " %d %s", r + 1, system->row_names[r]);
-    kmp_text_put(text, "\n");
-}
-
 static bool put_equations(kmp_text *text, const kmp_equations *eq, int count, kmp_assignment *assignments,
                           const kmp_ref *value)
 {
@@ -98,7 +85,15 @@ static kempe_status show_equations(kmp_text *text, const kempe_system *system, b
     kmp_assignment *assignments = KMP_NEW(kmp_assignment, count);
     if (assignments)
         kmp_sets_put(&eq, shown, assignments);
-    legend(text, system);
+    /* The legend of the indices. */
+    kmp_text_printf(text, "# %s: M qdd + C = J' lambda, h = 0, J qdd + jdqd = 0; entries not shown are zero\n# q:",
+                    kempe_model_name(system->model));
+    for (int k = 0; k < system->n; k++)
+        kmp_text_printf(text, " %d %s", k + 1, kmp_model_motion(system->model, k)->name);
+    kmp_text_put(text, system->m ? "\n# h:" : "");
+    for (int r = 0; r < system->m; r++)
+        kmp_text_printf(text, " %d %s", r + 1, system->row_names[r]);
+    kmp_text_put(text, "\n");
     bool ok = assignments && put_equations(text, &eq, count, assignments, NULL) &&
               (!passes || put_passes(text, &eq, count, assignments));
     kmp_free(assignments);
@@ -473,18 +468,6 @@ static void json_gain(kmp_json *json, const step_gain *gain)
     kmp_json_put(json, "{ name %s operations %ld runtime %ld }", gain->name, gain->operations, gain->runtime);
 }
 
-static void json_gains(kmp_json *json, const gain_table *gains)
-{
-    kmp_json_array(json, "simplifications");
-    for (int k = 0; k < gains->count; k++)
-        json_gain(json, &gains->steps[k]);
-    kmp_json_put(json, "] without_ways [");
-    for (int k = 0; k < VARIANTS; k++)
-        json_gain(json, &gains->savings[k]);
-    json_gain(json, &gains->all);
-    kmp_json_put(json, "} made %ld needed %ld", gains->made, gains->needed);
-}
-
 static void json_counts(kmp_json *json, const char *key, const kmp_counts *c)
 {
     kmp_json_put(json, "%s { paper %ld robotran %ld add %ld mul %ld div %ld trig %ld other %ld", key, c->paper,
@@ -548,7 +531,14 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
     kmp_json json = kmp_print_head(out, system, KEMPE_OUTCOME_COMPLETE, "", system->build_s, NULL);
     kmp_json_string(&json, "view", "stats");
     json_stats(&json, p, names, t, &blocks);
-    json_gains(&json, &gains);
+    kmp_json_array(&json, "simplifications");
+    for (int k = 0; k < gains.count; k++)
+        json_gain(&json, &gains.steps[k]);
+    kmp_json_put(&json, "] without_ways [");
+    for (int k = 0; k < VARIANTS; k++)
+        json_gain(&json, &gains.savings[k]);
+    json_gain(&json, &gains.all);
+    kmp_json_put(&json, "} made %ld needed %ld", gains.made, gains.needed);
     kmp_json_end(&json);
     return KEMPE_OK;
 }

@@ -30,7 +30,8 @@ static double deflection_at(const kmp_flexible *f, const kmp_station *station, c
     return sqrt(sum);
 }
 
-double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *f, const double *q)
+/* The largest deflection of a flexible body at q, in its axes, with the system's values of parameters. */
+static double deflection_of(const kempe_system *system, const kmp_flexible *f, const double *q)
 {
     double most = 0;
     for (int s = 0; s < f->station_count; s++)
@@ -48,7 +49,7 @@ void kmp_doubt_deflections(const kempe_system *system, int count, const double *
         const kmp_flexible *f = &model->flexibles[b];
         double most = 0;
         for (int k = 0; k < count; k++)
-            most = fmax(most, kmp_flexible_deflection(system, f, q(user, k)));
+            most = fmax(most, deflection_of(system, f, q(user, k)));
         if (most > KMP_DEFLECTION_LARGE * f->length->value)
             kmp_doubt(system->context,
                       "flexible body '%s' deflects by %.3g m, %.2f of its length: shapes with terms of second order "
@@ -74,7 +75,7 @@ static double largest_deflection(const kempe_system *system, const kmp_samples *
 {
     double most = 0;
     for (int row = 0; row < table->rows; row++)
-        most = fmax(most, kmp_flexible_deflection(system, f, kmp_samples_get(table, KMP_QUANTITY_Q, row)));
+        most = fmax(most, deflection_of(system, f, kmp_samples_get(table, KMP_QUANTITY_Q, row)));
     return most;
 }
 

@@ -5,9 +5,6 @@
 #include "constraints/evaluation/evaluator.h"
 #include "output/samples.h"
 
-/** The largest deflection of a flexible body at q, in its axes, with the system's values of parameters. */
-double kmp_flexible_deflection(const kempe_system *system, const kmp_flexible *flexible, const double *q);
-
 /** Doubts states at which bodies deflect beyond what the terms of second order are right for: `count` of them, each of
  * which `q` gives. */
 void kmp_doubt_deflections(const kempe_system *system, int count, const double *q(const void *user, int k),

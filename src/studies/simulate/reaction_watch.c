@@ -96,19 +96,19 @@ static void add_quantity(kmp_reaction_watch *w, kmp_run_quantity_kind kind, chan
         w->name[w->q.values++] = name;
 }
 
-/* A largest value of each force and moment that is known. */
-static void list_joints(kmp_reaction_watch *w)
+static bool list(kmp_reaction_watch *w)
 {
+    const int most = 2 * w->found.count + 5 * w->system->model->bearing_count;
+    if (!KMP_ARENA_MAKE(&w->arena, KMP_ROOM(kmp_run_quantity, most, &w->of), KMP_ROOM(channel, most, &w->channel),
+                        KMP_ROOM(const char *, 2 * most, &w->name)))
+        return false;
+    /* A largest value of each force and moment that is known. */
     const kmp_reactions *r = &w->found;
     for (const kmp_reaction *of = r->of; of < r->of + r->count; of++)
         for (int k = 0; of->place >= 0 && k < 2; k++)
             if (of->has[k])
                 add_quantity(w, KMP_TAKE_MAX, (channel){k == 1, 1},
                              kmp_arena_printf(&w->arena, "%s of %s", k ? "moment" : "force", of->name));
-}
-
-static void list_bearings(kmp_reaction_watch *w)
-{
     const kempe_model *model = w->system->model;
     for (int b = 0; b < model->bearing_count; b++) {
         const kmp_bearing_pair *pair = &model->bearings[b];
@@ -121,16 +121,6 @@ static void list_bearings(kmp_reaction_watch *w)
             add_quantity(w, KMP_TAKE_MAX, (channel){false, 1},
                          kmp_arena_printf(&w->arena, "axial load of bearings %s", pair->name));
     }
-}
-
-static bool list(kmp_reaction_watch *w)
-{
-    const int most = 2 * w->found.count + 5 * w->system->model->bearing_count;
-    if (!KMP_ARENA_MAKE(&w->arena, KMP_ROOM(kmp_run_quantity, most, &w->of), KMP_ROOM(channel, most, &w->channel),
-                        KMP_ROOM(const char *, 2 * most, &w->name)))
-        return false;
-    list_joints(w);
-    list_bearings(w);
     w->q.channels = w->q.count;
     w->q.of = w->of;
     w->q.name = w->name;
@@ -213,18 +203,6 @@ static double size_of(const kmp_reaction_watch *w, int c, double largest, double
     return of->power == 1 ? part * size : part * of->power * pow(size, of->power);
 }
 
-/* Loads are rounded as a part of the largest one of the mechanism. */
-static void note_rounding(kmp_reaction_watch *w)
-{
-    double largest = 0;
-    for (int k = 0; k < KMP_PIECE_POINTS; k += 2)
-        for (int c = 0; c < w->q.channels; c++)
-            if (w->channel[c].power == 1)
-                largest = fmax(largest, w->sampled[k * w->q.channels + c] / size_of(w, c, 1, 1));
-    for (int c = 0; c < w->q.channels && isfinite(largest); c++)
-        kmp_account_round(&w->q, w->account, c, size_of(w, c, largest, KMP_PRINT_NOISE));
-}
-
 /* The time of the largest value of a quantity; NaN: of a mean, or unknown. */
 static double time_of(const kmp_reaction_watch *w, int k)
 {
@@ -259,9 +237,27 @@ static bool meet(kmp_reaction_watch *w, double to)
     return true;
 }
 
-/* The equivalent loads until now. */
-static void take_means(kmp_reaction_watch *w)
+/* A step that changes no largest value is known from every second point. */
+static bool take(kmp_reaction_watch *w, double from, double to)
 {
+    kmp_measured_step step = {
+        .from = from, .to = to, .rtol = w->rtol, .sampled = w->sampled, .channels = channels_at, .user = w};
+    kmp_account_renew(&w->q, w->account);
+    if (!sample(w, &step, 0))
+        return false;
+    /* Loads are rounded as a part of the largest one of the mechanism. */
+    double largest = 0;
+    for (int k = 0; k < KMP_PIECE_POINTS; k += 2)
+        for (int c = 0; c < w->q.channels; c++)
+            if (w->channel[c].power == 1)
+                largest = fmax(largest, w->sampled[k * w->q.channels + c] / size_of(w, c, 1, 1));
+    for (int c = 0; c < w->q.channels && isfinite(largest); c++)
+        kmp_account_round(&w->q, w->account, c, size_of(w, c, largest, KMP_PRINT_NOISE));
+    if (w->found.whole && kmp_quantities_may_pass(&w->q) && kmp_account_pass(&w->q, w->account, &step))
+        return true;
+    if (!sample(w, &step, 1) || !kmp_account_step(&w->q, w->account, w->room, &step) || !meet(w, to))
+        return false;
+    /* The equivalent loads until now. */
     const kempe_model *model = w->system->model;
     int k = 0;
     for (int b = 0; b < 2 * model->bearing_count; b++) {
@@ -271,22 +267,6 @@ static void take_means(kmp_reaction_watch *w)
             k++;
         w->bearings.of[b].equivalent = pow(w->value[w->of[k++].first_value], 1 / model->bearings[b / 2].life[b % 2]);
     }
-}
-
-/* A step that changes no largest value is known from every second point. */
-static bool take(kmp_reaction_watch *w, double from, double to)
-{
-    kmp_measured_step step = {
-        .from = from, .to = to, .rtol = w->rtol, .sampled = w->sampled, .channels = channels_at, .user = w};
-    kmp_account_renew(&w->q, w->account);
-    if (!sample(w, &step, 0))
-        return false;
-    note_rounding(w);
-    if (w->found.whole && kmp_quantities_may_pass(&w->q) && kmp_account_pass(&w->q, w->account, &step))
-        return true;
-    if (!sample(w, &step, 1) || !kmp_account_step(&w->q, w->account, w->room, &step) || !meet(w, to))
-        return false;
-    take_means(w);
     return true;
 }
 

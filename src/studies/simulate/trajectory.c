@@ -8,14 +8,11 @@
 #include "constraints/closing/mode_watch.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/evaluation/present_inputs.h"
-#include "constraints/evaluation/state_ends.h"
 #include "constraints/evaluation/validity.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "integrators/run/methods.h"
 #include "integrators/steppers/sample_times.h"
-#include "integrators/steppers/solver.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -26,7 +23,6 @@
 #include "studies/simulate/lift_off.h"
 #include "studies/simulate/reaction_watch.h"
 #include "studies/simulate/run_remarks.h"
-#include "studies/simulate/trajectory_print.h"
 #include <inttypes.h>
 #include <kempe/check.h>
 #include <math.h>
@@ -64,23 +60,17 @@ static int width_of(const kempe_system *system, kmp_quantity quantity)
     return quantity == KMP_QUANTITY_LAMBDA ? system->m : system->n;
 }
 
-/* The line of the start in a model's own text, and its end; a text without one ends there. */
-static const char *line_of_start(const char *model, const char **end)
-{
-    static const char head[] = "\n\"start\":";
-    const char *line = strstr(model, head);
-    *end = line ? line + strcspn(line + 1, "\n") + 1 : model + strlen(model);
-    return line ? line : *end;
-}
-
 /* The head of a checkpoint: the model's own text, with the values of its parameters, identifies it; the text without
  * the start shows where only this differs. */
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
     char *model = NULL;
-    const char *end;
     KMP_TRY(kempe_model_print(system->model, KEMPE_JSON, &model));
-    const char *start = line_of_start(model, &end);
+    /* The line of the start in a model's own text, and its end; a text without one ends there. */
+    static const char head[] = "\n\"start\":";
+    const char *line = strstr(model, head);
+    const char *end = line ? line + strcspn(line + 1, "\n") + 1 : model + strlen(model);
+    const char *start = line ? line : end;
     const uint64_t rest = hash_more(hash_of(model, (size_t)(start - model)), end, strlen(end));
     kmp_text_printf(text, "# kempe checkpoint %d, model %s, %016" PRIx64 ", start %016" PRIx64 "\nt,work", VERSION,
                     kempe_model_name(system->model), rest, hash_of(start, (size_t)(end - start)));
@@ -581,22 +571,6 @@ KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(t
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
-/* Moves the reason out of the report. A run without one takes the context's message as its reason; the reason of a
- * failure becomes the message. */
-static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
-{
-    const char *message = kempe_context_message(context);
-    t->reason = t->report.reason ? t->report.reason : kmp_strdup(t->status == KEMPE_OK ? "" : message);
-    t->report.reason = NULL;
-    KMP_TRY(kmp_made(context, t->reason));
-    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
-        if (strstr(t->reason, message)) /* an earlier message is part of it: not twice */
-            kmp_context_clear(context);
-        return kmp_fail(context, KEMPE_E_FAILED, "%s", t->reason);
-    }
-    return t->status;
-}
-
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row)
 {
     eval->inputs.before = true;
@@ -966,7 +940,18 @@ kempe_status kmp_simulation_run(kmp_simulation *j)
     t->status = status;
     t->interrupted = kmp_interrupted(j->context);
     KMP_TRY(find_sides(t));
-    return settle_reason(t, j->context);
+    /* Moves the reason out of the report. A run without one takes the context's message as its reason; the reason of a
+     * failure becomes the message. */
+    const char *message = kempe_context_message(j->context);
+    t->reason = t->report.reason ? t->report.reason : kmp_strdup(t->status == KEMPE_OK ? "" : message);
+    t->report.reason = NULL;
+    KMP_TRY(kmp_made(j->context, t->reason));
+    if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
+        if (strstr(t->reason, message)) /* an earlier message is part of it: not twice */
+            kmp_context_clear(j->context);
+        return kmp_fail(j->context, KEMPE_E_FAILED, "%s", t->reason);
+    }
+    return t->status;
 }
 
 kempe_status kmp_simulation_judge(kmp_simulation *j, kempe_status status)
