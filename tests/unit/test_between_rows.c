@@ -114,7 +114,7 @@ static const char switching[] =
 /* Samples are among the times of the rows. */
 static void every_method(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     for (int k = 0; k < METHODS; k++) {
         const method *m = &methods[k];
         off found[4] = {{0}};
@@ -131,7 +131,7 @@ static void every_method(void)
             CHECK(found[i].rows == 301 && found[i].most < (is_exact(m) ? 1e-300 : 1e-12));
         free_both(&p);
     }
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Through centrings of a spherical joint, change points, friction that sticks, samples of states, the end by a
@@ -274,7 +274,7 @@ static bool refuses(const kempe_context *context, kempe_status status, const cha
 
 static void times_outside(void)
 {
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     kempe_outputs *o = NULL;
     double q[3] = {7, 7, 7}, value = 7;
     pair p = run_both(s.system, (kempe_run_options){.t_end = 1}, 0.01, KEMPE_OK);
@@ -293,14 +293,14 @@ static void times_outside(void)
     CHECK(kempe_trajectory_at_time(p.few, 0.5, NULL, NULL, NULL, NULL) == KEMPE_OK);
     kempe_outputs_free(o);
     free_both(&p);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* A run that continues from a checkpoint has the states from there on. */
 static void resumed(void)
 {
     char path[] = "/tmp/kempe_between_rows_XXXXXX";
-    scene s = scene_of(switching);
+    loaded s = load_text(switching);
     double q[3];
     kempe_trajectory *t = NULL;
     CHECK(close(mkstemp(path)) == 0);
@@ -315,7 +315,7 @@ static void resumed(void)
     CHECK(kempe_trajectory_at_time(t, 0.8, q, NULL, NULL, NULL) == KEMPE_OK);
     CHECK(memcmp(q, kempe_trajectory_q(t, 8), sizeof q) == 0);
     kempe_trajectory_free(t);
-    scene_free(&s);
+    unload(&s);
     (void)remove(path);
 }
 

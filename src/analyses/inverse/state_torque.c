@@ -60,7 +60,7 @@ kempe_status kempe_workspace_add_actuators(kempe_workspace *ws, int count, const
         kmp_context_clear(ws->system->context);
         status = kmp_inverse_init(made, ws->eval, count, actuator, weights);
         if (status == KEMPE_E_ARGUMENT)
-            (void)refuse(ws, "%s", kempe_context_message(ws->system->context));
+            (void)kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
     }
     kmp_free(actuator);
     if (status != KEMPE_OK) {
