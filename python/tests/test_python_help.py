@@ -51,7 +51,7 @@ def test_signature_and_help(function, name):
 def test_of_a_bound_method(four_bar):
     names = list(inspect.signature(four_bar.fit).parameters)
     assert names[:2] == ["data", "parameters"] and names[-1] == "progress" and "rtol" in names
-    assert list(inspect.signature(four_bar.simulate).parameters)[:3] == ["q", "qd", "t_end"]
+    assert list(inspect.signature(four_bar.simulate).parameters)[:4] == ["q", "qd", "at", "t_end"]
     bound = inspect.signature(four_bar.system().simulate).bind(t_end=1, rtol=1e-6)
     assert bound.arguments == {"t_end": 1, "rtol": 1e-6}
     with pytest.raises(TypeError):
