@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* LAPACK for WebAssembly: packaging/build_wasm translates its Fortran 77 to C, in which a routine with text has one
  * further argument for each of them. Here are the routines of Fortran 90 that it contains, by their published
- * algorithms, and the six entries as Kempe calls them: WebAssembly knows a function by its exact type. */
+ * algorithms, and the entries as Kempe calls them: WebAssembly knows a function by its exact type. */
 #include <complex.h>
 #include <float.h>
 #include <math.h>
@@ -13,8 +13,16 @@ typedef double _Complex complex_number;
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
 double dlamch_(const char *which, long length);
+double dlamc3_(const double *a, const double *b);
 int disnan_(const double *x);
 int xerbla_(const char *name, const int *argument, long length);
+
+/* The sum as it is stored. */
+double dlamc3_(const double *a, const double *b)
+{
+    const volatile double sum = *a + *b;
+    return sum;
+}
 
 double dlamch_(const char *which, long length)
 {
@@ -298,8 +306,11 @@ typedef const void *place;
     }
 
 ENTRY(dsyev, (PLACES_9(a)), (NAMES_9(a), 1, 1), (TYPES_9, long, long))
+ENTRY(dsyevd, (PLACES_9(a), place b, place c), (NAMES_9(a), b, c, 1, 1), (TYPES_9, place, place, long, long))
 ENTRY(dsygv, (PLACES_9(a), place b, place c, place d), (NAMES_9(a), b, c, d, 1, 1),
       (TYPES_9, place, place, place, long, long))
+ENTRY(dsygvd, (PLACES_9(a), place b, place c, place d, place e, place f), (NAMES_9(a), b, c, d, e, f, 1, 1),
+      (TYPES_9, place, place, place, place, place, long, long))
 ENTRY(dgelsy, (PLACES_9(a), place b, place c, place d, place e), (NAMES_9(a), b, c, d, e),
       (TYPES_9, place, place, place, place))
 ENTRY(dgesvd, (PLACES_9(a), place b, place c, place d, place e, place f), (NAMES_9(a), b, c, d, e, f, 1, 1),

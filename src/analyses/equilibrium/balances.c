@@ -626,8 +626,11 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
     const kempe_assembly *start = e->start;
     kmp_linear linear = {0};
     bool none;
-    kempe_status status = start && start->system == e->system ? KEMPE_OK : kmp_assembly_as_given(e->system, &own);
-    start = own ? own : start;
+    kempe_status status = KEMPE_OK;
+    if (!start || start->system != e->system) {
+        status = kmp_assembly_as_given(e->system, &own);
+        start = own;
+    }
     if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
     if (status == KEMPE_OK)
