@@ -169,7 +169,7 @@ class Motion:
 
     def advance(self, y):
         t, last, left = 0.0, -math.inf, list(self.times)
-        for e in self.machine.elements:
+        for e in 2 * list(self.machine.elements):  # a contact is decided by the modes of all others
             self.put(y)
             e.start(lambda: self.fresh(0.0, y))
         self.refuse_several(y)
