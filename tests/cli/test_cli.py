@@ -941,6 +941,20 @@ class Sensitivities(Case):
                             (("--of", "modes", "--outputs", "q"), "outputs cannot be chosen")):
             self.assertIn(told, self.expect(3, "sensitivity", FOUR_BAR, *words).stderr)
         self.assertIn("no parameter is given for the derivatives", self.expect(3, "sensitivity", ANDREWS).stderr)
+
+    def test_places_without_restraint(self):
+        """The place of a rotor in balance follows from the start: with a start that depends on a parameter its derivative is named."""
+        rotor = self.model("kempe: 1\nparameters: {a: 0.3, m: 2}\nbodies:\n"
+                           "  wheel: {joint: {name: W, revolute: z, at: ground}, mass: m, inertia: {zz: 0.1}}\n"
+                           "  arm: {joint: {name: A, revolute: z, at: ground}, mass: m, com: [0.2, 0, 0], inertia: {zz: 0.1}}\n"
+                           "forces: {k: {joint: A, torque: 20*(a - q(A))}}\nstart: {q: {W: a}}\n")
+        words = ("sensitivity", rotor, "--of", "equilibrium", "--parameters")
+        self.assertIn("no force restrains 'W' at the equilibrium", self.expect(0, *words, "a").stderr)
+        self.assertEqual(self.expect(0, *words, "m").stderr, "")
+        found = self.object(0, *words, "a")["end"]["derivatives"]
+        self.assertEqual((found["q.W"]["a"], round(found["q.A"]["a"], 12)), (0, 1))
+
+
 class Kinematics(Case):
     """Coordinates led through a range: table, picture, dead centres, mistakes."""
 

@@ -134,7 +134,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
     kmp_linear_matrices(linear);
     kmp_linear_doubt_state(linear);
     bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
-    int rank = factor(sensitivity_of_state, linear, equilibrium);
+    const int rank = sensitivity_of_state->rank = factor(sensitivity_of_state, linear, equilibrium);
     for (int k = 0; k < sensitivity_of_state->count; k++) {
         kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);
         kmp_response response = column(sensitivity_of_state, k);

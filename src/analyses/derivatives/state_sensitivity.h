@@ -25,6 +25,7 @@ typedef struct kmp_state_sensitivity {
     double *u, *ud;                 /* p of one parameter */
     double *matrix, *side, *pivots; /* of the equations for u or udd */
     int *r, *c;
+    int rank; /* of these equations at the last state: coordinates u[c[rank]] and on, to p, stay constant */
 } kmp_state_sensitivity;
 
 /** Makes room. KEMPE_E_MEMORY. */

@@ -40,6 +40,34 @@ static kempe_status take_start(state *x)
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
 }
 
+/* Warns of coordinates that nothing restrains at the equilibrium, where their start depends on the parameters. */
+static kempe_status warn_of_unrestrained(const state *x)
+{
+    const kmp_linear *l = &x->varied.linear;
+    const kmp_state_sensitivity *of = &x->sensitivity_of_state;
+    const kempe_model *model = x->s->system->model;
+    bool depends = model->start.goal_count > 0;
+    kmp_arena arena = {0};
+    kmp_text names = {0};
+    double *start = KMP_ARENA_NEW(&arena, double, 2 * l->n);
+    for (int k = 0; start && k < x->s->count && of->rank < l->p; k++) {
+        (void)kmp_slopes_of_start(x->slopes, k, start, start + l->n);
+        for (int i = of->rank; i < l->p; i++)
+            depends = depends || start[l->part.u[of->c[i]]] != 0;
+    }
+    for (int i = of->rank; depends && i < l->p; i++)
+        kmp_text_printf(&names, "%s'%s'", i > of->rank ? ", " : "", model->motions[l->part.u[of->c[i]]].name);
+    if (names.s)
+        kmp_log(x->s->context, KEMPE_LOG_WARNING,
+                "no force restrains %s at the equilibrium: the place there follows from the start, which depends on "
+                "parameters, and its derivatives are taken as zero",
+                names.s);
+    const bool made = start && !names.failed;
+    kmp_text_free(&names);
+    kmp_arena_free(&arena);
+    return kmp_made(x->s->context, made);
+}
+
 static kempe_status take_equilibrium(state *x)
 {
     kmp_linear *l = &x->varied.linear;
@@ -62,7 +90,8 @@ static kempe_status take_equilibrium(state *x)
     KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
     memcpy(x->qd, x->at->qd, (size_t)l->n * sizeof *x->qd);
-    return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
+    KMP_TRY(kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL));
+    return warn_of_unrestrained(x);
 }
 
 /* Finds the requested state. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED, with the reason: there is no
