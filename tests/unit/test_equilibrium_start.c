@@ -352,7 +352,8 @@ static void derivatives_are_refused(void)
     static const struct {
         const char *path, *state, *parameter, *why;
     } cases[] = {{"examples/governor/governor.yaml", "equilibrium", "M", "it is a steady motion"},
-                 {"tests/models/friction_guide.yaml", "equilibrium", "mu", "friction that sticks, and rigid contacts"}};
+                 {"tests/models/friction_guide.yaml", "equilibrium", "mu", "friction that sticks, and rigid contacts"},
+                 {"tests/models/arm.yaml", "equilibrium", "x", "no force restrains 'A' there"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         loaded l = load_at(cases[k].path, cases[k].state);
         kempe_sensitivity *s = NULL;
