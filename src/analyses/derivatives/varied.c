@@ -678,7 +678,7 @@ static kempe_status move_equilibrium(kmp_sensitivity_equations *v, const kempe_a
         if (status == KEMPE_OK && at.rank < l->p && (s->m > 0 || s->model->start.goal_count > 0))
             status = kmp_fail(s->context, KEMPE_E_FAILED,
                               "the start, an equilibrium, has no derivative with respect to parameters: no force "
-                              "restrains '%s' there, and loops or goals decide its place; add a spring",
+                              "restrains '%s' there, and its place follows from loops or goals; add a spring",
                               s->model->motions[l->part.u[at.c[at.rank]]].name);
         memcpy(dq, at.q, (size_t)(n * v->count) * sizeof *dq);
         memcpy(dqd, at.qd, (size_t)(n * v->count) * sizeof *dqd);
