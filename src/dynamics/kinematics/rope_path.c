@@ -530,7 +530,7 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
     if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
         start[0] = kmp_rope_length(&plain, rope);
         start[1] = paid(&plain, rope);
-        put_start(tree, 2, start);
+        put_start(&plain, 2, start); /* conditions of a drive have their values at the start */
     } else {
         kmp_graph_fail(tree->graph);
     }
