@@ -138,7 +138,7 @@ class Table(Columns, Fixed):
         self._columns: dict[str, NDArray[Any]] = {}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column.
+        """A column, by its name or its output, a sensor or a state also by its own name.
 
         Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         kept = self._columns.get(name)
@@ -148,7 +148,7 @@ class Table(Columns, Fixed):
 
     def _read(self, name: str) -> NDArray[Any]:
         column = -1
-        for word in (name, column_name(name)):
+        for word in (name, column_name(name), f"sensor.{name}", f"state.{name}"):
             column = lib.kempe_table_find(self._pointer, utf8(word)) if column < 0 else column
         if column < 0:
             raise KeyError(unknown("column", name, self.names))
@@ -209,7 +209,7 @@ class FrozenTable(Columns):
         self.row_count: int = len(next(iter(columns.values()), ()))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column.
+        """A column, by its name or its output, a sensor or a state also by its own name.
 
         Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         found = name if name in self._columns else column_name(name)

@@ -168,7 +168,7 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
      "quantities of each instance: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
      "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B); all but the first two also with "
-     "from TIME [to TIME] behind"},
+     "from TIME, to TIME or both behind"},
     {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
      "limits on quantities: each instance passes or fails"},
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},

@@ -474,14 +474,19 @@ static const char *column_name(kmp_arena *arena, const char *word)
     return name;
 }
 
-/* A column is meant by its name, or, unless `whole`, by the name of the output whose component, response or derivative
- * it is. */
-static bool is_meant(drawing *d, int column, const char *name, bool whole)
+/* A word means a column by its name, by the name of the output whose component, response or derivative it is, or by the
+ * name of a sensor or a state. */
+enum { BY_NAME, BY_OUTPUT, BY_QUANTITY, WAYS_TO_MEAN };
+
+static bool is_meant(drawing *d, int column, const char *name, int way)
 {
     size_t length = strlen(name);
     const char *own = column_name(&d->arena, kempe_table_column_name(d->table, column));
-    return own && kempe_table_values(d->table, column) && strncmp(own, name, length) == 0 &&
-           (!own[length] || (!whole && strchr("./", own[length])));
+    if (!own || !kempe_table_values(d->table, column))
+        return false;
+    if (way == BY_QUANTITY)
+        own = strncmp(own, "sensor.", 7) == 0 ? own + 7 : strncmp(own, "state.", 6) == 0 ? own + 6 : "";
+    return strncmp(own, name, length) == 0 && (!own[length] || (way != BY_NAME && strchr("./", own[length])));
 }
 
 static kempe_status fail_unknown(const drawing *d, const char *word)
@@ -497,9 +502,10 @@ static kempe_status fail_unknown(const drawing *d, const char *word)
 static kempe_status choose_x(drawing *d, const char *word)
 {
     const char *name = word ? column_name(&d->arena, word) : NULL;
-    for (d->x = 0; d->x < kempe_table_column_count(d->table); d->x++)
-        if (name ? is_meant(d, d->x, name, false) : kempe_table_values(d->table, d->x) != NULL)
-            return KEMPE_OK;
+    for (int way = name ? BY_OUTPUT : BY_NAME; way < WAYS_TO_MEAN; way++)
+        for (d->x = 0; d->x < kempe_table_column_count(d->table); d->x++)
+            if (name ? is_meant(d, d->x, name, way) : kempe_table_values(d->table, d->x) != NULL)
+                return KEMPE_OK;
     return fail_unknown(d, word ? word : "of numbers");
 }
 
@@ -513,9 +519,9 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
         const char *word = words[k];
         const char *name = column_name(&d->arena, word);
         bool found = false;
-        for (int whole = 1; whole >= 0 && !found; whole--)
+        for (int way = 0; way < WAYS_TO_MEAN && !found; way++)
             for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
-                bool meant = is_meant(d, c, name, whole);
+                bool meant = is_meant(d, c, name, way);
                 int drawn = 0;
                 while (drawn < d->count && d->curve[drawn] != c)
                     drawn++;

@@ -1755,6 +1755,17 @@ class Check(Case):
         self.assertEqual([d["when"] for d in bennett["dependent"]], ["always"] * 4)
         self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
 
+    def test_one_end_of_a_range(self):
+        """Behind a worm the crank is followed over a part of a turn: the rocker has one dead centre there, and no other end."""
+        path = self.model((ROOT / "examples/four_bar/four_bar.yaml").read_text() +
+                          "\ninclude: [{file: worm.yaml}]\n")
+        (self.folder / "worm.yaml").write_text(
+            "kempe: 1\nbodies: {rotor: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
+            "loops: {worm: {coupler: {rotor: 1, crank: -60}}}\n")
+        text = self.expect(0, "check", path).stdout
+        self.assertRegex(text, r"(?m)^ +rocker +followed from \S+ to \S+ rad, the (first|second) a dead centre$")
+        self.assertNotIn("oscillates", text)
+
     def test_what_does_not_assemble(self):
         bar = "{name: %s, revolute: z, at: %s}, mass: 1, inertia: {zz: 1}, points: {E: [%s, 0, 0]}}"
         path = self.model("kempe: 1\nname: short\nground: {points: {O: [0, 0, 0], D: [3, 0, 0]}}\nbodies:\n"
@@ -1793,6 +1804,15 @@ class Assemble(Case):
 
 
 class Simulate(Case):
+    def test_plot_of_a_sensor(self):
+        """A sensor is drawn by its own name, as a model requests it, on both axes; so is a state."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                          "states: {heat: {rate: 1}}\nsensors: {turns: q(a)/(2*pi), half: q(a)/2}\nstart: {qd: {a: 1}}\n"
+                          "run: {outputs: [q, turns, half, heat]}\n")
+        self.expect(0, "simulate", path, "--plot", "own.svg", "--x", "turns", "--y", "half, heat")
+        self.expect(0, "simulate", path, "--plot", "named.svg", "--x", "sensor(turns)", "--y", "sensor(half), state(heat)")
+        self.assertEqual((self.folder / "own.svg").read_text(), (self.folder / "named.svg").read_text())
+
     SHORT = ("simulate", FOUR_BAR, "--t-end", 0.1, "--rtol", 1e-8)
 
     def test_threads(self):
