@@ -3,6 +3,7 @@
  * runs are rows of model/data/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
  * name that begins with a dash. */
 #include "options.h"
+#include "command.h"
 #include "platform/platform.h"
 #include "terminal.h"
 
@@ -166,7 +167,7 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
     {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
-     "quantities of each instance: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
+     "quantities of each instance, or of the model itself without --values and --sample: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
      "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B); all but the first two also with "
      "from TIME, to TIME or both behind"},
     {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
@@ -534,6 +535,15 @@ static bool complain_unknown(unsigned command, const char *command_name, const c
             names[count++] = options[k].name;
     names[count] = NULL;
     const char *near = cli_nearest(word + strspn(word, "-"), names);
+    unsigned others = 0;
+    for (int k = 0; k < OPTION_COUNT; k++)
+        if (strncmp(word, "--", 2) == 0 && strlen(options[k].name) == strcspn(word + 2, "=") &&
+            strncmp(word + 2, options[k].name, strlen(options[k].name)) == 0)
+            others = options[k].commands;
+    for (const cli_command *c = cli_commands; c->name; c++)
+        if (c->bit & others)
+            return cli_complain("unknown option '%s': 'kempe %s' has it%s%s%s", word, c->name,
+                                near ? ", or did you mean '--" : "", near ? near : "", near ? "'?" : "");
     if (near)
         return cli_complain("unknown option '%s', did you mean '--%s'?", word, near);
     return cli_complain("unknown option '%s'; 'kempe %s --help' lists the options", word, command_name);

@@ -1092,6 +1092,23 @@ class Contact(Case):
 
 
 class Ensembles(Case):
+    def test_the_model_itself(self):
+        """Without values and samples: the quantities of one run, without statistics, which one instance has not."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 2}}}\n"
+                          "forces: {f: {joint: a, torque: 3}}\nrun: {t_end: 2}\n")
+        words = "ensemble", path, "--quantity", "end = q(a), middle = mean(qd(a))", "--limit", "end < 4"
+        text = self.expect(0, *words, "-o", "rows.csv").stdout
+        self.assertIn("quantities of the instance\nlimits    pass\nend [rad]\n  value     3\nmiddle [rad/s]\n  value     1.5\n", text)
+        self.assertNotIn("nan", text)
+        self.assertEqual(len((self.folder / "rows.csv").read_text().splitlines()), 2)
+        self.assertIn("limits    fail\n", self.expect(0, *words[:-1], "end < 2").stdout)
+        self.assertIn("belong to a sample", self.expect(3, *words, "--instances", 5).stderr)
+        self.assertIn("runs the model itself", self.expect(3, "ensemble", path).stderr)
+
+    def test_an_option_of_another_command(self):
+        self.assertIn("'kempe ensemble' has it", self.expect(3, "simulate", ANDREWS, "--quantity", "q(beta)").stderr)
+        self.assertIn("did you mean '--output-step'?", self.expect(3, "simulate", ANDREWS, "--output-ste", "1").stderr)
+
     """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
 
     BARS = "crank,base,qd.crank\n0.3,0.9,20\n# four\n 0.31 ,0.88,-18.5\n0.29,0.91,2e1\n0.3,5,20\n"
