@@ -956,6 +956,17 @@ class Sensitivities(Case):
 
 
 class Kinematics(Case):
+    def test_extremes_of_outputs(self):
+        """The rows with the least and the greatest value of an output: x of a crank of 0.5 m over a turn."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [0.5, 0, 0]}}}\n"
+                          "sensors: {far: position(a.P).x}\nrun: {outputs: [position(a.P), far]}\n")
+        text = self.expect(0, "kinematics", path, "--sweep", "a=0 deg:270 deg:271", "--angle-unit", "deg", "--units", "mm").stdout
+        self.assertRegex(text, r"(?m)^output +unit +least +at a, deg +greatest +at a, deg$")
+        self.assertRegex(text, r"(?m)^position.a.P.x +mm +-500 +180 +500 +0$")
+        self.assertRegex(text, r"(?m)^position.a.P.y +mm +-500 +270 +500 +90$")
+        self.assertRegex(text, r"(?m)^position.a.P.z +mm +0 +0 +0 +0$")
+        self.assertRegex(text, r"(?m)^sensor.far +SI +-0.5 +180 +0.5 +0$")
+
     """Coordinates led through a range: table, picture, dead centres, mistakes."""
 
     MODEL = ROOT / "examples/crank_rocker/crank_rocker.yaml"
