@@ -167,7 +167,8 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
     {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
-     "quantities of each instance, or of the model itself without --values and --sample: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
+     "quantities of each instance, or of the model itself without --values and --sample: an expression at the end, "
+     "at(EXPRESSION, TIME), max(..), min(..), range(..), "
      "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B); all but the first two also with "
      "from TIME, to TIME or both behind"},
     {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
@@ -407,7 +408,9 @@ static const option options[] = {
     {CLI_OPTIMIZE, PAGE("the mechanism moving at the optimum, its outputs over time, the searches")},
     {CLI_SIMULATE, PAGE("the mechanism moving, time histories of all outputs, accuracy of the run")},
     {CLI_SIMULATE, IN_OUTPUT, "against", TEXT(against), "FILE",
-     "dotted curves of an earlier run, a CSV file of -o, on the page of --report"},
+     "curves of an earlier run, a CSV file of -o: dotted on the page of --report, dashed in the picture of --plot"},
+    {CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES, IN_OUTPUT, "against", TEXT(against), "FILE",
+     "dashed curves of an earlier result, a CSV file of -o, in the picture of --plot"},
     {CLI_SIMULATE, IN_OUTPUT, "animation", VALUE(SCENE, animation), "FILE",
      "write the mechanism moving: .glb, glTF for Blender and other programs; .json, the data of the picture"},
     {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},
