@@ -236,6 +236,8 @@ static const option options[] = {
     {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_COMFORT, IN_MODEL, "vertical", TEXT(comfort.vertical), "NAME,..",
      "vertical accelerations, weighted by Wb: 'acceleration(BODY.POINT).z' (default: the model's)"},
+    {CLI_COMFORT, IN_MODEL, "seat", TEXT(comfort.seat), "NAME,..",
+     "vertical accelerations on a seat, as of road vehicles, weighted by Wk (ISO 2631-1)"},
     {CLI_COMFORT, IN_MODEL, "lateral", TEXT(comfort.lateral), "NAME,..", "lateral accelerations, weighted by Wd"},
     {CLI_COMFORT, IN_MODEL, "longitudinal", TEXT(comfort.longitudinal), "NAME,..",
      "longitudinal accelerations, weighted by Wd"},

@@ -3493,6 +3493,13 @@ run: {t_end: 20, outputs: [q, acceleration(car.P), sensor(worse)]}
         for f, factor in zip(nominal, (853, 944, 992, 1011, 1008, 968, 890, 776, 642, 512, 409, 323, 253, 201)):
             self.assertAlmostEqual(1000 * self.gain(f, 2), factor, delta=1, msg=f"{f} Hz")
 
+    def test_a_seat(self):
+        """Wk at third octaves in thousandths, from ISO 2631-1:1997, table 3, as others have copied it."""
+        for f, factor in ((0.5, 418), (1, 482), (2, 531), (4, 967), (5, 1039), (8, 1036), (16, 768), (31.5, 405)):
+            found = self.judge("--set", f"f={f}", "--from", 10, "--seat", "acceleration(car.P).z")["signals"][0]
+            self.assertEqual((found["direction"], found["weighting"], found["Wz"]), ("seat", "Wk", None))
+            self.assertAlmostEqual(found["weighted"] * 2**0.5 * 1000, factor, delta=4 if f > 20 else 1, msg=f"{f} Hz")
+
     def test_another_program(self):
         model, axes = ROOT / "examples/ride/shaken_seat.yaml", {"longitudinal": "x", "lateral": "y", "vertical": "z", "seat-back": "x"}
         options = [word for name, axis in axes.items() for word in (f"--{name}", f"acceleration(seat.floor).{axis}")]
