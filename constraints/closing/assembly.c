@@ -116,11 +116,10 @@ static kempe_status complain_contradicted(const kempe_assembly *a, int drive)
     kmp_text why = {0};
     kmp_text_printf(&why, "drive '%s' begins ", c->name);
     put_opening(&why, a, drive);
-    kmp_text_printf(
-        &why,
-        " away from the start of '%s', which is held there: start '%s' at the value of the drive at t = 0, or "
-        "hold another coordinate (%s: null in start q withdraws what an included file holds)",
-        name, name, name);
+    kmp_text_printf(&why,
+                    " away from the start of '%s', which is held there: give both one value at t = 0, or withdraw the "
+                    "start of an included file (%s: null)",
+                    name, name);
     (void)kmp_complain(a->system->context, model->source.files[c->place.file], c->place.line, c->place.column, "%s",
                        why.s ? why.s : "");
     kmp_text_free(&why);
