@@ -1832,6 +1832,14 @@ class Assemble(Case):
 
 
 class Simulate(Case):
+    def test_energy_of_impacts(self):
+        """A ball that falls from 1 m and rebounds with half the speed loses 3/4 of its energy each time: three impacts in 1.3 s."""
+        path = self.model("kempe: 1\ngravity: [0, -10, 0]\nbodies: {ball: {joint: {name: y, prismatic: y, at: ground}, mass: 2}}\n"
+                          "contacts: {floor: {joint: y, lower: 0, restitution: 0.5}}\nstart: {q: {y: 1}}\nrun: {t_end: 1.3}\n")
+        text = " ".join(self.expect(0, "simulate", path).stdout.split())
+        lost = 20 * (1 - 0.25**int(re.search(r"(\d) such events, together", text).group(1)))
+        self.assertIn(f"together by {lost:.4g} J, the last at t = ", text)
+
     def test_plot_of_a_sensor(self):
         """A sensor is drawn by its own name, as a model requests it, on both axes; so is a state."""
         path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
