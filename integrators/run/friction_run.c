@@ -491,9 +491,36 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
+/* Contacts that share loads, of which the motion depends on how if `felt`. */
+static void report_shared(const kmp_runner *run, const char *what, double t, bool felt)
+{
+    kmp_text names = {0};
+    const kmp_friction_run *x = run->sticking.friction;
+    for (int i = 0; i < x->count; i++)
+        if (x->element[i].shares) {
+            if (felt && !names.length) /* one of them, for the ensemble of this run */
+                atomic_store_explicit(&run->s->left[x->element[i].slot], true, memory_order_relaxed);
+            kmp_text_printf(&names, "%s'%s'", names.length ? ", " : "", name_of(run, &x->element[i]));
+        }
+    if (names.failed)
+        return;
+    kmp_run_log_add(run->log, "shared load", t, NAN, NAN,
+                    "the %s of redundant contacts are not unique, and one solution is shown: %s", what, names.s);
+    if (felt)
+        kmp_doubt(run->s->context,
+                  "friction makes the motion depend on the %s of redundant contacts at t = %.9g s, which are not "
+                  "unique: %s. Use fewer contacts, or a 'law', which makes them compliant",
+                  what, t, names.s);
+    kmp_text_free(&names);
+}
+
 static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
+    if (fact == KMP_FRICTION_FACT_SHARED || fact == KMP_FRICTION_FACT_SHARED_IMPULSES) {
+        report_shared(run, fact == KMP_FRICTION_FACT_SHARED ? "forces" : "impulses", t, number > 0);
+        return;
+    }
     const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.friction->element[element];
     if (!e) {
         kmp_run_log_add(

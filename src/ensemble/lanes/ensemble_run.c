@@ -217,7 +217,13 @@ bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int
         kmp_log(context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
         return false;
     }
-    if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
+    if (condition && condition->role == KMP_ROLE_SENSE) {
+        kmp_doubt(
+            context,
+            "friction makes the motion depend on the forces of redundant contacts in instances, such as '%s', which "
+            "are not unique. Use fewer contacts, or a 'law', which makes them compliant",
+            ((const kmp_force *)condition->of)->name);
+    } else if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
         kmp_doubt(context, "friction '%s' has a negative level in instances: it would push",
                   ((const kmp_force *)condition->of)->name);
     } else if (condition && condition->validity >= KMP_VALIDITY_DEFLECTION) {
@@ -241,7 +247,8 @@ bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int
 bool kmp_ensemble_has_mark(const kempe_system *s, int k)
 {
     const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-    return !condition || condition->validity != KMP_VALIDITY_NONE || condition->at_start;
+    return !condition || condition->validity != KMP_VALIDITY_NONE || condition->at_start ||
+           (condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH);
 }
 
 /* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances. */
