@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Contacts at rest, or that strike at once, whose forces rigid bodies leave open, as those of a block on three feet in
- * a plane or on four in space: other forces with the same accelerations of all contacts exist. Friction that slips
- * follows its contact, so that the motion may depend on which of these are taken. Generated simulators have this file
- * too. */
+/* Contacts at rest, or that strike at once, whose forces rigid bodies leave open. A block on three feet in a plane has
+ * such contacts, and a block on four feet in space. Other forces with the same accelerations of all contacts exist.
+ * Friction that slips follows its contact, so that the motion may depend on which forces are taken. Generated
+ * simulators have this file too. */
 #pragma once
 
 #include "integrators/friction/friction_inside.h"

@@ -504,8 +504,14 @@ static void report_shared(const kmp_runner *run, const char *what, double t, boo
         }
     if (names.failed)
         return;
-    kmp_run_log_add(run->log, "shared load", t, NAN, NAN,
-                    "the %s of redundant contacts are not unique, and one solution is shown: %s", what, names.s);
+    static const char *const words = "the %s of redundant contacts are not unique, and one solution is shown: %s";
+    const kempe_model *model = run->s->model;
+    bool shown = false;
+    for (int k = 0; k < model->output_count; k++)
+        shown = shown || kmp_output_has_loads(model, &model->outputs[k]);
+    kmp_run_log_add(run->log, "shared load", t, NAN, NAN, words, what, names.s);
+    if (shown && !felt)
+        kmp_log(run->s->context, KEMPE_LOG_WARNING, words, what, names.s);
     if (felt)
         kmp_doubt(run->s->context,
                   "friction makes the motion depend on the %s of redundant contacts at t = %.9g s, which are not "
