@@ -516,7 +516,7 @@ static void report_shared(const kmp_runner *run, const char *what, double t, boo
     if (felt)
         kmp_doubt(run->s->context,
                   "friction makes the motion depend on the %s of redundant %s at t = %.9g s, which are not unique: %s. "
-                  "Use fewer of these, or a 'law', which makes them compliant",
+                  "Use fewer of these, or a compliant 'law'",
                   what, noun, t, names.s);
     else if (shown)
         kmp_log(run->s->context, KEMPE_LOG_WARNING, words, what, noun, names.s);

@@ -221,7 +221,7 @@ bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int
         kmp_doubt(
             context,
             "friction makes the motion depend on the forces of redundant contacts in instances, such as '%s', which "
-            "are not unique. Use fewer contacts, or a 'law', which makes them compliant",
+            "are not unique. Use fewer contacts, or a compliant 'law'",
             ((const kmp_force *)condition->of)->name);
     } else if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
         kmp_doubt(context, "friction '%s' has a negative level in instances: it would push",

@@ -190,7 +190,7 @@ static void report(void *self, kmp_friction_fact fact, int element, double t, do
     if ((fact == KMP_FRICTION_FACT_SHARED || fact == KMP_FRICTION_FACT_SHARED_IMPULSES) && number > 0)
         snprintf(s->message, sizeof s->message,
                  "%s: forces of redundant contacts are not unique at t = %.9g, and friction makes the motion depend on "
-                 "them: use fewer contacts, or a 'law', which makes them compliant",
+                 "them: use fewer contacts, or a compliant 'law'",
                  e->name, t);
 }
 
