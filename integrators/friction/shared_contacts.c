@@ -244,6 +244,132 @@ static double slip_of(const kmp_friction_run *x, const kmp_friction_element *e)
     return size > 0 ? e->ahead / size : 0;
 }
 
+/* -- slip in place of rest ------------------------------------------------------------------------------ */
+
+/* Slip of all elements of contacts that rest: its unknowns are the forces of `contacts` contacts, by number `of`, then
+ * the accelerations of slip of `slips` elements, or pairs of components. */
+typedef struct sliding {
+    const kmp_friction_run *x;
+    int contacts, slips, *of;
+    double *way; /* of each element: the direction of slip, or its component; 0: it does not slip */
+} sliding;
+
+/* The acceleration of place i by the force of contact j and its friction in slip. */
+static double slid_by(const sliding *s, int i, int j)
+{
+    const kmp_friction_run *x = s->x;
+    const double ratio = kmp_friction_at(x, &x->element[x->which[j]], KMP_ROLE_STATIC);
+    double sum = x->d[i + j * x->rest];
+    for (int k = 0; k < x->rest; k++)
+        if (s->way[k] != 0 && x->element[x->which[k]].base == x->which[j])
+            sum -= ratio * s->way[k] * x->d[i + k * x->rest];
+    return sum;
+}
+
+/* The same along the direction of slip of element i and its other component; of contact i by itself. */
+static double slid_along(const sliding *s, int i, int j)
+{
+    const int other = s->x->partner[i];
+    if (s->x->element[s->x->which[i]].contact)
+        return slid_by(s, i, j);
+    return s->way[i] * slid_by(s, i, j) + (other < 0 ? 0 : s->way[other] * slid_by(s, other, j));
+}
+
+/* Accelerations where friction of contacts has no force; those of slip give its directions. False: no contact slides.
+ */
+static bool find_ways(sliding *s, double *y, double *room)
+{
+    const kmp_friction_run *x = s->x;
+    const int n = x->rest;
+    double *f = room_for(&room, n), *lower = room_for(&room, n), *upper = room_for(&room, n);
+    int *side = room_for_indices(&room, n);
+    bool any = false;
+    for (int k = 0; k < n; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        const bool free = e->contact && !e->broken && !e->implied;
+        f[k] = lower[k] = upper[k] = e->base >= 0 || free ? 0 : x->f[k];
+        upper[k] = free ? INFINITY : upper[k];
+    }
+    const kmp_box box = {n, x->d, x->a, lower, upper};
+    if (kmp_box_minimum(&box, f, y, side, room) != KMP_BOX_FOUND)
+        return false;
+    for (int k = 0; k < n; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        const int other = x->partner[k];
+        const double size = other < 0 ? fabs(y[k]) : hypot(y[k], y[other]);
+        const bool slides = e->base >= 0 && !e->broken && !e->implied && size > kmp_friction_rounding(x, k);
+        s->way[k] = slides ? y[k] / size : 0;
+        any = any || slides;
+    }
+    return any;
+}
+
+/* True if contacts that rest could as well slip, with other forces of theirs: all in the direction in which they would
+ * slide without friction, the contacts closed. The forces N >= 0 and accelerations s > 0 with A N + a = (0, s) exist
+ * where least squares leave nothing. */
+static bool may_slide(const kmp_friction_run *x)
+{
+    const int n = x->rest;
+    double *room = x->room, least = INFINITY, most = 0, open = 0, size = 0;
+    sliding s = {.x = x, .of = room_for_indices(&room, n), .way = room_for(&room, n)};
+    double *y = room_for(&room, n), *right = room_for(&room, n);
+    for (int k = 0; k < n; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        const double ratio = e->contact ? kmp_friction_at(x, e, KMP_ROLE_STATIC) : 0;
+        if (!e->contact || e->broken || e->implied)
+            continue;
+        least = fmin(least, ratio);
+        most = fmax(most, ratio);
+        s.of[s.contacts++] = k;
+    }
+    if (!(least < (1 - KMP_FRICTION_TIE) * most) || !find_ways(&s, y, room))
+        return false; /* equal coefficients have one bound of all */
+    for (int k = 0; k < n; k++)
+        if (s.way[k] != 0 && (x->partner[k] < 0 || x->partner[k] > k || s.way[x->partner[k]] == 0))
+            s.of[s.contacts + s.slips++] = k;
+    const int m = s.contacts + s.slips;
+    double *a = room_for(&room, m * m), *q = room_for(&room, m * m), *z = room_for(&room, m),
+           *slope = room_for(&room, m), *linear = room_for(&room, m), *lower = room_for(&room, m),
+           *far = room_for(&room, m);
+    int *side = room_for_indices(&room, m);
+    for (int i = 0; i < m; i++) {
+        const int k = s.of[i], other = x->partner[k];
+        const double scale = 1 / sqrt(x->d[k + k * n]);
+        right[i] = x->a[k];
+        for (int j = 0; j < n; j++) /* joints that are held */
+            if (x->element[x->which[j]].base < 0 && !x->element[x->which[j]].contact)
+                right[i] += x->d[k + j * n] * x->f[j];
+        right[i] *= i < s.contacts ? scale : scale * s.way[k];
+        if (i >= s.contacts && other >= 0)
+            right[i] += scale * s.way[other] * x->a[other];
+        for (int j = 0; j < m; j++)
+            a[i + j * m] =
+                j < s.contacts ? scale * slid_along(&s, k, s.of[j]) / sqrt(x->d[s.of[j] * (n + 1)]) : -(i == j);
+        size += right[i] * right[i];
+    }
+    for (int j = 0; j < m; j++) {
+        linear[j] = 0;
+        for (int i = 0; i < m; i++) {
+            linear[j] += a[i + j * m] * right[i];
+            q[i + j * m] = 0;
+            for (int k = 0; k < m; k++)
+                q[i + j * m] += a[k + i * m] * a[k + j * m];
+        }
+        z[j] = lower[j] = j < s.contacts ? 0 : KMP_SHARED_SLIDES * sqrt(size);
+        far[j] = INFINITY;
+    }
+    const kmp_box box = {m, q, linear, lower, far};
+    if (kmp_box_minimum(&box, z, slope, side, room) != KMP_BOX_FOUND)
+        return false;
+    for (int i = 0; i < m; i++) {
+        double left = right[i];
+        for (int j = 0; j < m; j++)
+            left += a[i + j * m] * z[j];
+        open += left * left;
+    }
+    return open <= KMP_SHARED_ROUNDING * size;
+}
+
 KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, double t, bool felt)
 {
     if (felt ? x->past.felt : x->past.shared)
@@ -255,13 +381,13 @@ KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, d
 
 KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
 {
-    bool carried = false, slips = false, felt;
+    bool carried = false, rubs = false, felt;
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         carried = carried || (e->contact && e->stance == KMP_FRICTION_CARRIED);
-        slips = slips || (e->broken && e->base >= 0);
+        rubs = rubs || e->base >= 0;
     }
-    if (!carried || x->past.felt || (x->past.shared && !slips))
+    if (!carried || x->past.felt || (x->past.shared && !rubs))
         return;
     kmp_sharing s = kmp_sharing_begin(x->rest, x->d, x->room);
     for (int k = 0; k < x->rest; k++) {
@@ -275,5 +401,5 @@ KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
             kmp_sharing_add(&s, k, e->contact && !is_pressed(x, k));
     }
     if (kmp_sharing_mark(&s, x, x->which, &felt))
-        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt);
+        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || (rubs && may_slide(x)));
 }
