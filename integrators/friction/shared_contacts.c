@@ -275,7 +275,8 @@ static double slid_along(const sliding *s, int i, int j)
     return s->way[i] * slid_by(s, i, j) + (other < 0 ? 0 : s->way[other] * slid_by(s, other, j));
 }
 
-/* Accelerations where friction of contacts has no force; those of slip give its directions. False: no contact slides.
+/* Accelerations where friction of contacts has no force; accelerations of slip give its directions. False: no contact
+ * slides.
  */
 static bool find_ways(sliding *s, double *y, double *room)
 {
