@@ -64,9 +64,7 @@ static bool may_be_short(const kmp_expr *e, const void *user)
 /* A function that may jump, by a condition. */
 static bool may_jump(const kmp_expr *e, const void *user)
 {
-    (void)user;
-    return e->kind == KMP_EXPR_LESS ||
-           (e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
+    return kmp_expr_compares(e, user) || (e->kind == KMP_EXPR_CALL && e->function == KMP_FUNCTION_if);
 }
 
 static bool counts(const study *s, const kmp_expr *e)

@@ -130,6 +130,23 @@ static void ends(void)
     unload(&l);
 }
 
+/* Of all functions, those that jump at a comparison have no interval of the size of the jump. */
+static void jumps_have_no_interval(void)
+{
+    static const char *const forces[] = {"if(t < c, 1, sin(t))",  "if(t <= c, 1, sin(t))", "if(t > c, 1, sin(t))",
+                                         "if(t >= c, 1, sin(t))", "sin(t)*sign(t - c)",    "q(x)*if(t > c, 1, 2)"};
+    const double parameters[] = {5.0123, 0.01};
+    for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
+        loaded l = pulsed(forces[k]);
+        kmp_time_scales scales;
+        kmp_arena arena = {0};
+        CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, KMP_TIMED_ALL, &arena, &scales) == KEMPE_OK);
+        CHECK(scales.shortest > 0.01);
+        kmp_arena_free(&arena);
+        unload(&l);
+    }
+}
+
 /* More functions than are studied together: the pulse is in the last one. */
 static void many_functions(void)
 {
@@ -179,6 +196,7 @@ int main(void)
     TEST(impulses);
     TEST(hills);
     TEST(no_pulses);
+    TEST(jumps_have_no_interval);
     TEST(ends);
     TEST(many_functions);
     TEST(searches_end);

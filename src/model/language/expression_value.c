@@ -165,6 +165,13 @@ bool kmp_expr_has_time(const kmp_expr *expr)
     return kmp_expr_find(expr, is_time, NULL);
 }
 
+bool kmp_expr_compares(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return (expr->kind >= KMP_EXPR_LESS && expr->kind <= KMP_EXPR_AT_LEAST) ||
+           (expr->kind == KMP_EXPR_CALL && expr->function == KMP_FUNCTION_sign);
+}
+
 static bool is_variable(const kmp_expr *expr, const void *user)
 {
     return is_time(expr, user) || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||

@@ -35,5 +35,8 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 /** True if an expression contains the time or an input. NULL: false. */
 bool kmp_expr_has_time(const kmp_expr *expr);
 
+/** A test for kmp_expr_find: a comparison, or a sign. */
+bool kmp_expr_compares(const kmp_expr *expr, const void *unused);
+
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);
