@@ -248,6 +248,8 @@ static bool find_together(study *s, const double *parameters, const double span[
     kmp_program *program = program_of(s);
     s->program = program;
     s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
+    for (int k = 0; program && k < program->input_count; k++)
+        found->varies = found->varies || program->input[k].kind != KMP_IN_TIME;
     s->aside = &aside;
     if (s->bounds) {
         /* Twice where the first division has found values that are much larger than those before it. */

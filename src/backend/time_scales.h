@@ -7,6 +7,7 @@
 
 #include "base/arena.h"
 #include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
 typedef struct kmp_time_scales {
@@ -16,6 +17,7 @@ typedef struct kmp_time_scales {
     const char *open; /* of a function with too many short intervals: where it is; NULL: there is none */
     int open_count;   /* functions that were studied together with it, itself among them */
     long halvings;    /* of intervals, in all */
+    bool varies;      /* some functions depend on parameters that may vary */
 } kmp_time_scales;
 
 /** The functions whose intervals are found: functions that may have short ones, where some are much shorter than

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: ensemble */
 /* Pulses in functions of time and of the motion, much shorter than the steps of a calm motion: the impulse is that of
  * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
 #include "base/memory.h"
+#include "instances.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
@@ -147,6 +149,24 @@ static void jumps_have_no_interval(void)
     }
 }
 
+/* Instances whose pulses are much narrower than the pulse of the model: each has its impulse. */
+static void pulses_of_instances(void)
+{
+    const double width[] = {1, 0.1, 0.01, 0.001, 1, 0.05};
+    enum { WIDTHS = sizeof width / sizeof *width };
+    static const char *const names[] = {"w"};
+    loaded l = load_text("kempe: 1\nparameters: {c: 5.0123, w: 1}\n"
+                         "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: x, force: \"exp(-((t - c)/w)^2)/w\"}}\nrun: {t_end: 10}\n");
+    for (int lanes = -1; lanes <= 4; lanes += lanes < 0 ? 2 : 3) {
+        instances all = run_instances(&l, lanes, 1, names, WIDTHS, width);
+        for (int k = 0; k < WIDTHS; k++)
+            CHECK_NEAR(end_rate(&all, k, 0), sqrt(acos(-1)), 1e-7);
+        free_instances(&all);
+    }
+    unload(&l);
+}
+
 /* More functions than are studied together: the pulse is in the last one. */
 static void many_functions(void)
 {
@@ -197,6 +217,7 @@ int main(void)
     TEST(hills);
     TEST(no_pulses);
     TEST(jumps_have_no_interval);
+    TEST(pulses_of_instances);
     TEST(ends);
     TEST(many_functions);
     TEST(searches_end);
