@@ -293,10 +293,14 @@ kempe_status kmp_time_scales_find(const kempe_model *model, const double *parame
     return kmp_made(model->context, made);
 }
 
-bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales)
+bool kmp_time_scales_doubt(kempe_context *context, kmp_time_scales *scales, double max_step)
 {
     if (!scales->open)
         return false;
+    if (max_step > 0) {
+        *scales = (kmp_time_scales){.shortest = INFINITY, .varies = scales->varies};
+        return false;
+    }
     const char *more = scales->open_count > 1 ? ", .." : "";
     if (isinf(scales->shortest))
         kmp_doubt(context,
@@ -338,6 +342,26 @@ double kmp_time_scales_shortest(const kempe_model *model)
                                    watches_loads(model) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
     kmp_arena_free(&aside);
     return isfinite(scales.shortest) ? scales.shortest : 0;
+}
+
+static bool is_parameter(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_PARAMETER;
+}
+
+const char *kmp_time_scales_varying(const kempe_model *model)
+{
+    int count = MOST;
+    for (int skipped = 0; count == MOST; skipped += count) {
+        study s = {.model = model, .which = KMP_TIMED_SHORT, .skipped = skipped};
+        add_all(&s);
+        count = s.count;
+        for (int k = 0; k < count; k++)
+            if (kmp_expr_find(s.function[k], is_parameter, NULL))
+                return s.name[k];
+    }
+    return NULL;
 }
 
 double kmp_time_scales_end(const kmp_time_scales *scales, double t)

@@ -148,7 +148,10 @@ kmp_length_scale kmp_system_length_scale(const kempe_model *model)
     }
     for (int f = 0; !found_any && f < model->flexible_count; f++)
         offer_number(&best, model->flexibles[f].length);
-    return best.length > 0 ? best : gyration;
+    bool slides = false;
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
+        slides = slides || !model->motions[k].rotation;
+    return best.length > 0 || slides ? best : gyration;
 }
 
 double kmp_system_length(const kempe_model *model)

@@ -267,14 +267,11 @@ kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *
 {
     kmp_time_scales scales;
     kmp_arena aside = {0};
-    *open = *varies = false;
-    if (spec->max_step > 0)
-        return KEMPE_OK;
     kempe_status status = kmp_ensemble_time_scales(system, spec, &aside, &scales);
-    *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales);
+    *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales, spec->max_step);
     *varies = status == KEMPE_OK && scales.varies;
     if (status == KEMPE_OK && isfinite(scales.shortest))
-        spec->max_step = scales.shortest;
+        spec->max_step = spec->max_step > 0 ? fmin(spec->max_step, scales.shortest) : scales.shortest;
     kmp_arena_free(&aside);
     return status;
 }
@@ -300,6 +297,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     resolved.open = resolved.open || spec->open; /* it may have been resolved before */
     kmp_ensemble_execution chosen = *execution;
     bool open;
+    chosen.max_step = resolved.max_step;
     KMP_TRY(kmp_ensemble_limit_steps(e->engine[0]->s, &resolved, &open, &chosen.own_pulses));
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
     chosen.width = kmp_ensemble_width(e->engine[0]->s, execution->width, instances, threads);
@@ -321,7 +319,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
     for (int k = 0; k < KMP_TEAM_MOST && !open; k++)
-        open = r.begun[k] && kmp_time_scales_doubt(context, &e->engine[k]->pulses);
+        open = r.begun[k] && kmp_time_scales_doubt(context, &e->engine[k]->pulses, 0);
     e->work.doubted = open || presses;
     report_conditions(e, true);
     if (status == KEMPE_OK)

@@ -24,7 +24,8 @@ typedef struct kmp_ensemble_execution {
     int pools;       /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
     bool plain;      /* no machine code in lanes */
     bool alone;      /* no lanes: a separate run for each instance */
-    bool own_pulses; /* functions of time depend on values of the instances (kmp_ensemble_limit_steps) */
+    bool own_pulses; /* functions of time depend on values of the instances (kmp_ensemble_limit_steps), */
+    double max_step; /* then the longest step that the user gives, s; 0: none */
     long before;     /* of progress: instances of a longer run that are done, */
     long total;      /* and all of it; 0: this run is the whole, -1: no progress */
     const kmp_run_quantities *quantities; /* measured during each run; NULL: none */

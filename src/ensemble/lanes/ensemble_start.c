@@ -246,16 +246,16 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
 /* The longest step of an instance whose functions of time are its own. */
 static kempe_status find_longest(kmp_engine *e, int i)
 {
-    kmp_time_scales scales = {0};
+    kmp_time_scales scales;
     kmp_arena aside = {0};
-    kempe_status status = KEMPE_OK;
-    if (e->execution.own_pulses) {
-        status = kmp_ensemble_time_scales(e->s, &e->spec, &aside, &scales);
-        e->instances[i].longest = scales.shortest;
-    }
-    if (scales.open && !e->pulses.open)
+    const double given = e->execution.max_step;
+    if (!e->execution.own_pulses)
+        return KEMPE_OK;
+    kempe_status status = kmp_ensemble_time_scales(e->s, &e->spec, &aside, &scales);
+    if (scales.open && !(given > 0))
         e->pulses = scales;
     e->pulses.end = NULL;
+    e->instances[i].longest = fmin(given > 0 ? given : INFINITY, scales.open && given > 0 ? INFINITY : scales.shortest);
     kmp_arena_free(&aside);
     return status;
 }
@@ -264,7 +264,7 @@ static kempe_status find_longest(kmp_engine *e, int i)
 static kmp_run_spec spec_alone(const kmp_engine *e)
 {
     kmp_run_spec spec = e->spec;
-    spec.max_step = e->execution.own_pulses ? 0 : spec.max_step;
+    spec.max_step = e->execution.own_pulses ? e->execution.max_step : spec.max_step;
     return spec;
 }
 
