@@ -9,6 +9,7 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/step_control.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/events.h"
 #include "integrators/run/friction_run.h"
@@ -493,6 +494,10 @@ kempe_status kmp_runner_step(kmp_runner *run)
         run->stops.pace = 0;
     if (status == KEMPE_OK && run->events.tracker)
         status = find_event(run);
+    /* Too little is left behind an event that differs from the end of the run by rounding. */
+    if (run->events.here && run->solver->t >= run->spec.t_end &&
+        run->spec.t_end - run->events.t < kmp_step_least(run->spec.t_end))
+        run->events.t = run->spec.t_end;
     if (status == KEMPE_OK)
         status = note_work(run);
     if (status != KEMPE_OK)

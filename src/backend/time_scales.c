@@ -41,12 +41,18 @@ typedef struct study {
     double size[MOST]; /* largest values so far */
 } study;
 
+static bool has_time(const kmp_expr *e)
+{
+    return kmp_expr_find_named(e, kmp_expr_is_time, NULL);
+}
+
+/* Inputs have separate limits, and pulses that they give are conditions. */
 static bool depends_on_more(const kmp_expr *e, const void *user)
 {
     (void)user;
-    return e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD || e->kind == KMP_EXPR_LAMBDA ||
-           e->kind == KMP_EXPR_UNKNOWN || e->kind == KMP_EXPR_PLACE || e->kind == KMP_EXPR_MEASURE ||
-           e->kind == KMP_EXPR_RATE || e->kind == KMP_EXPR_CUT || e->kind == KMP_EXPR_INPUT;
+    return e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD || e->kind == KMP_EXPR_LAMBDA || e->kind == KMP_EXPR_PLACE ||
+           e->kind == KMP_EXPR_MEASURE || e->kind == KMP_EXPR_RATE || e->kind == KMP_EXPR_CUT ||
+           e->kind == KMP_EXPR_INPUT || (e->kind == KMP_EXPR_UNKNOWN && !(e->unknowns && e->unknowns->count == 0));
 }
 
 /* A function of time that may be short: sums and products of polynomials, sines and cosines are not. */
@@ -56,9 +62,9 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     bool calls = e->kind == KMP_EXPR_CALL && e->function != KMP_FUNCTION_sin && e->function != KMP_FUNCTION_cos &&
                  e->function != KMP_FUNCTION_abs && e->function != KMP_FUNCTION_min &&
                  e->function != KMP_FUNCTION_max && e->function != KMP_FUNCTION_sign && e->function != KMP_FUNCTION_if;
-    bool divides = e->kind == KMP_EXPR_DIV && kmp_expr_has_time(e->b);
+    bool divides = e->kind == KMP_EXPR_DIV && has_time(e->b);
     bool powers = e->kind == KMP_EXPR_POW && !(e->b->kind == KMP_EXPR_NUMBER && e->b->value >= 0 && e->b->value <= 4);
-    return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
+    return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && has_time(e);
 }
 
 /* A function that may jump, by a condition. */
@@ -69,15 +75,16 @@ static bool may_jump(const kmp_expr *e, const void *user)
 
 static bool counts(const study *s, const kmp_expr *e)
 {
-    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, may_jump, NULL));
+    return kmp_expr_find_named(e, may_be_short, NULL) ||
+           (s->which == KMP_TIMED_ALL && !kmp_expr_find_named(e, may_jump, NULL));
 }
 
 /* Adds the largest parts of an expression that depend only on time. */
 static void add(study *s, const kmp_expr *e, const char *name)
 {
-    if (!e || s->count == MOST || !kmp_expr_has_time(e))
+    if (!e || s->count == MOST || !has_time(e))
         return;
-    const bool timed = !kmp_expr_find(e, depends_on_more, NULL);
+    const bool timed = !kmp_expr_find_named(e, depends_on_more, NULL);
     if (timed && (s->which == KMP_TIMED_SHORT || counts(s, e))) {
         if (!counts(s, e) || s->passed++ < s->skipped)
             return;

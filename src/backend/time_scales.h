@@ -37,7 +37,8 @@ bool kmp_time_scales_doubt(kempe_context *context, kmp_time_scales *scales, doub
 /** The shortest interval of a run of the model as it is; 0: steps need no limit. */
 double kmp_time_scales_shortest(const kempe_model *model);
 
-/** Where a function of time is that may have a short pulse whose width depends on parameters; NULL: there is none. */
+/** The name of a force, closure or state with a function of time that may have a short pulse, whose width depends on
+ * parameters; NULL: there is none. */
 const char *kmp_time_scales_varying(const kempe_model *model);
 
 /** The end of the interval in which a step from t begins; INFINITY: there is none. */

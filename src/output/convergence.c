@@ -473,8 +473,9 @@ static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *sp
 }
 
 /* A difference that is seen: a part of the range of the run, where an angle is seen within its turn. The tolerances
- * promise no less than NEAR, nor a motion that is no longer than REST, which is judged by its size. Where the `size` is
- * not `known`, any motion beyond rounding is judged by its range: a tolerance of nanometres may be coarse for it. */
+ * promise no less than NEAR, nor a motion that is no longer than REST, which is judged by its size. `known`
+ * false: the model has no size, and any motion beyond rounding is judged by its range, for which a tolerance of
+ * nanometres may be coarse. */
 static double visible_of(double range, double size, bool known, const kmp_run_spec *spec)
 {
     if (!known && range > ROUNDED * size)

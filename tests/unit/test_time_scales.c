@@ -150,6 +150,30 @@ static void jumps_have_no_interval(void)
     }
 }
 
+/* Pulses of functions of time that have a name, and of inputs that pass a place. */
+static void pulses_by_names_and_inputs(void)
+{
+    static const struct {
+        const char *parts, *law;
+        double impulse; /* over the root of pi */
+    } cases[] = {{"algebraic: {z: t - 5.03}\n", "exp(-(z/w)^2)/w", 1},
+                 {"algebraic: {y: t - 5.03, z: y/w}\n", "exp(-z^2)/w", 1},
+                 {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\n", "exp(-(u/w)^2)/w", 10 / 2.03},
+                 {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\nalgebraic: {z: u/w}\n", "exp(-z^2)/w",
+                  10 / 2.03}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nparameters: {w: 0.001}\n%sbodies: {a: {joint: {name: x, prismatic: x, at: ground}, "
+                       "mass: 1}}\nforces: {f: {joint: x, force: \"%s\"}}\nrun: {t_end: 10}\n",
+                       cases[k].parts, cases[k].law);
+        loaded l = load_text(text);
+        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
+            CHECK_NEAR(rate_of(&l, i, 10, 0), sqrt(acos(-1)) * cases[k].impulse, 1e-4);
+        unload(&l);
+    }
+}
+
 /* Instances whose pulses are much narrower than the pulse of the model: each has its impulse. */
 static void pulses_of_instances(void)
 {
@@ -218,6 +242,7 @@ int main(void)
     TEST(hills);
     TEST(no_pulses);
     TEST(jumps_have_no_interval);
+    TEST(pulses_by_names_and_inputs);
     TEST(pulses_of_instances);
     TEST(ends);
     TEST(many_functions);

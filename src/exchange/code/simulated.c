@@ -424,11 +424,11 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
                     system->model->inputs[k].name);
     const char *pulse = kmp_time_scales_varying(system->model);
     if (pulse)
-        kmp_log(system->context, KEMPE_LOG_WARNING,
-                "'%s' has a function of time that depends on parameters: a generated simulator finds its pulses by a "
-                "longest step, which is that of the present values; with values that make them narrower give its "
-                "settings a shorter one",
-                pulse);
+        kmp_log(
+            system->context, KEMPE_LOG_WARNING,
+            "'%s': a generated simulator finds pulses in functions of time by its longest step, which belongs to the "
+            "present parameters; where others make pulses narrower its settings need a shorter one",
+            pulse);
     return kmp_made(source->context, !source->arena.failed);
 }
 

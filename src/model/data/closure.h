@@ -76,5 +76,5 @@ int kmp_model_closure_count(const kempe_model *model);
  * for a closure whose reaction is a force between bodies. */
 int kmp_closure_effort_power(const kempe_model *model, const kmp_closure *closure);
 
-/** The unit of the multiplier of a row of the unit m^power: an energy over that of the row. */
+/** The unit of the multiplier of a row of the unit m^power: an energy over the unit of the row. */
 const char *kmp_multiplier_unit(int power);
