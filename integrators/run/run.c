@@ -495,7 +495,7 @@ kempe_status kmp_runner_step(kmp_runner *run)
     if (status == KEMPE_OK && run->events.tracker)
         status = find_event(run);
     /* Too little is left behind an event that differs from the end of the run by rounding. */
-    if (run->events.here && run->solver->t >= run->spec.t_end &&
+    if (status == KEMPE_OK && run->events.here && run->solver->t >= run->spec.t_end &&
         run->spec.t_end - run->events.t < kmp_step_least(run->spec.t_end))
         run->events.t = run->spec.t_end;
     if (status == KEMPE_OK)

@@ -8,6 +8,8 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -20,8 +22,9 @@ enum {
     MOST_HALVINGS = 500000, /* of a study: a second for a short function */
     CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
 };
-/* Part of the largest value of a function by which it may differ from a straight line within half an interval. */
-static const double KNOWN = 0.05;
+/* Part of the range of a function by which it may differ from a straight line within half an interval; and part of its
+ * largest value that is rounding. */
+static const double KNOWN = 0.05, ROUNDED = 1e-9;
 
 /* -- the functions ----------------------------------------------------------------------------------------- */
 
@@ -38,7 +41,9 @@ typedef struct study {
     int ends, halvings;
     long all_halvings; /* of this study's divisions */
     double shortest, longest;
-    double size[MOST]; /* largest values so far */
+    double late;                       /* s, by which the functions act after their time: of signals with a delay */
+    double least[MOST], largest[MOST]; /* values so far */
+    double size[MOST];                 /* their range */
 } study;
 
 static bool has_time(const kmp_expr *e)
@@ -108,6 +113,7 @@ static void add_all(study *s)
         add(s, f->effort, f->name);
         add(s, f->holding_effort, f->name);
         add(s, f->sliding, f->name);
+        add(s, f->touch.gap, f->name);
         for (int k = 0; k < 3; k++)
             add(s, f->vector[k], f->name);
     }
@@ -116,6 +122,10 @@ static void add_all(study *s)
         for (int k = 0; k < c->curve_count; k++)
             add(s, c->curve[k], c->name);
     }
+    for (int k = 0; k < m->rope_count; k++)
+        add(s, m->ropes[k].length, m->ropes[k].name);
+    for (int k = 0; k < m->road_count; k++)
+        add(s, m->roads[k].height, m->roads[k].name);
     for (int k = 0; k < m->state_count; k++)
         add(s, kmp_state_rate(m, k), m->states[k].name);
     for (int k = 0; k < m->unknowns_count; k++)
@@ -157,7 +167,11 @@ static void values_at(study *s, const double *parameters, double t, double *valu
     for (int k = 0; k < s->count; k++) {
         kmp_bound bound = kmp_bounds_get(s->bounds, k);
         value[k] = bound.low + (bound.high - bound.low) / 2;
-        s->size[k] = isfinite(value[k]) ? fmax(s->size[k], fabs(value[k])) : s->size[k];
+        if (!isfinite(value[k]))
+            continue;
+        s->least[k] = fmin(s->least[k], value[k]);
+        s->largest[k] = fmax(s->largest[k], value[k]);
+        s->size[k] = fmax(s->largest[k] - s->least[k], ROUNDED * fmax(fabs(s->least[k]), fabs(s->largest[k])));
     }
 }
 
@@ -239,7 +253,8 @@ static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
         return false;
     if (found->count > 0)
         memcpy(end, found->end, (size_t)found->count * sizeof *end);
-    memcpy(end + found->count, s->end, (size_t)s->ends * sizeof *end);
+    for (int k = 0; k < s->ends; k++)
+        end[found->count + k] = s->end[k] + s->late;
     found->end = end;
     found->count += s->ends;
     found->shortest = fmin(found->shortest, s->shortest);
@@ -255,6 +270,10 @@ static bool find_together(study *s, const double *parameters, const double span[
     kmp_program *program = program_of(s);
     s->program = program;
     s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
+    for (int k = 0; k < s->count; k++) {
+        s->least[k] = INFINITY;
+        s->largest[k] = -INFINITY;
+    }
     for (int k = 0; program && k < program->input_count; k++)
         found->varies = found->varies || program->input[k].kind != KMP_IN_TIME;
     s->aside = &aside;
@@ -286,6 +305,22 @@ static bool find_together(study *s, const double *parameters, const double span[
     return made;
 }
 
+/* Finds the intervals of a signal of time with a delay, where it is recorded and where it acts. False: no memory. */
+static bool find_delayed(const kempe_model *model, const kmp_state *state, const double *parameters,
+                         const double span[2], kmp_arena *arena, kmp_time_scales *found)
+{
+    const double late[2] = {0, kmp_number_at(&state->delay, parameters)};
+    bool made = true;
+    for (int k = 0; k < 2 && made; k++) {
+        const double times[2] = {span[0], span[1] - late[k]};
+        study s = {.model = model, .which = KMP_TIMED_SHORT, .late = late[k]};
+        add(&s, state->delayed, state->name);
+        if (s.count > 0 && times[1] > times[0])
+            made = find_together(&s, parameters, times, arena, found);
+    }
+    return made;
+}
+
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
                                   kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found)
 {
@@ -297,6 +332,8 @@ kempe_status kmp_time_scales_find(const kempe_model *model, const double *parame
         count = s.count;
         made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
     }
+    for (int k = 0; k < model->state_count && made && to > from; k++)
+        made = find_delayed(model, &model->states[k], parameters, (const double[]){from, to}, arena, found);
     return kmp_made(model->context, made);
 }
 

@@ -427,7 +427,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         kmp_log(
             system->context, KEMPE_LOG_WARNING,
             "'%s': a generated simulator finds pulses in functions of time by its longest step, which belongs to the "
-            "present parameters; where others make pulses narrower its settings need a shorter one",
+            "present parameters; narrower pulses need a shorter one",
             pulse);
     return kmp_made(source->context, !source->arena.failed);
 }
