@@ -2243,6 +2243,14 @@ run: {t_end: 1}
         self.assertEqual(re.findall("input '(.)': a generated simulator does not have its samples", said), ["u"])
         self.assertEqual(self.expect(0, "generate", model, "--lang", "c", "-o", self.folder).stderr, "")
 
+    def test_pulses_of_parameters_in_simulators(self):
+        """The longest step of exported code belongs to the present parameters: functions of time whose pulses depend on them are named."""
+        for law, named in (("exp(-((t - 2)/w)^2)", ["f"]), ("exp(-((t - 2)/0.1)^2)*w", []), ("w*sin(t)", [])):
+            model = self.model("kempe: 1\nparameters: {w: 0.1}\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\n"
+                               f"forces: {{f: {{joint: X, force: '{law}'}}}}\nrun: {{t_end: 4}}\n")
+            said = self.expect(0, "generate", model, "--lang", "c", "--simulator", "-o", self.folder).stderr
+            self.assertEqual(re.findall("'(.)': a generated simulator finds pulses", said), named)
+
     def test_pulses_in_lanes_and_simulators(self):
         """The impulse of a pulse of 10 ms in a run of 10 s is the root of pi, wherever it is; a simulator has a longest step."""
         text = """
