@@ -51,6 +51,7 @@ run: {t_end: 0.1}
 CHANGES = [
     ("forces:\n", "  E: {ball: [coupler.C, rocker.C]}\nforces:\n  rub: {joint: A, torque: 0.1*lambda(C)}\n", 1),
     ("forces:\n", "drives: {m: {joint: A, angle: 90 deg + t}}\nforces:\n  lift: {joint: A, torque: -lambda(m)}\n", 1),
+    ("forces:\n", "drives: {turn: {joint: A, angle: 120 deg + t}}\nforces:\n", 1),
     ("forces:\n", "algebraic: {root: {of: {b: 0.5}, zero: b^2 + 1 + 0*q(A)}}\nforces:\n  rub: {joint: A, torque: b}\n", 1),
     ("forces:\n", "include: [{file: kempe:gas_spring.yaml, ports: {P: ground.O}}]\nforces:\n", 2),
     ("forces:\n", "include: [{file: kempe:gas_spring.yaml, ports: {P: ground.O, Q: crank}}]\nforces:\n", 2),

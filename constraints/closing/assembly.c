@@ -95,9 +95,43 @@ static kempe_status complain_drives(const kempe_assembly *a)
     return KEMPE_E_FAILED;
 }
 
+/* A drive that the start contradicts, since it holds the coordinate elsewhere; -1: there is none. */
+static int contradicted_drive(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    for (int k = 0; k < a->culprit_count; k++) {
+        const kmp_closure *c = &model->closures[a->culprits[k]];
+        if (kmp_closure_is_drive(c) && c->function && c->motion >= 0 && model->start.hold[c->motion] &&
+            isfinite(kmp_assembly_extent(a, a->culprits[k])))
+            return a->culprits[k];
+    }
+    return -1;
+}
+
+static kempe_status complain_contradicted(const kempe_assembly *a, int drive)
+{
+    const kempe_model *model = a->system->model;
+    const kmp_closure *c = &model->closures[drive];
+    const char *name = model->motions[c->motion].name;
+    kmp_text why = {0};
+    kmp_text_printf(&why, "drive '%s' begins ", c->name);
+    put_opening(&why, a, drive);
+    kmp_text_printf(&why,
+                    " away from the start of '%s', which is held there: give both one value at t = 0, or withdraw the "
+                    "start of an included file (%s: null)",
+                    name, name);
+    (void)kmp_complain(a->system->context, model->source.files[c->place.file], c->place.line, c->place.column, "%s",
+                       why.s ? why.s : "");
+    kmp_text_free(&why);
+    return KEMPE_E_FAILED;
+}
+
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
+    const int drive = contradicted_drive(a);
+    if (drive >= 0)
+        return complain_contradicted(a, drive);
     if (a->culprit_count == 0)
         return kmp_fail(a->system->context, KEMPE_E_FAILED,
                         "the start cannot be computed: numbers of the model are too large, and their squares overflow");

@@ -24,6 +24,7 @@ typedef struct kempe_comfort_options {
     double from;              /* s: the windows begin here; the filters at the start of the run */
     double rate;              /* samples per second, at least 400; default: 1000 */
     const kempe_run_options *run;
+    const char *seat; /* Wk of ISO 2631-1: vertical, on a seat, as of road vehicles */
 } kempe_comfort_options;
 
 typedef struct kempe_comfort kempe_comfort;

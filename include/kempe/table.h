@@ -71,5 +71,11 @@ KEMPE_API void kempe_table_name_units(kempe_table *table);
 KEMPE_API kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y,
                                                  const char *path);
 
+/** The same picture with dashed curves of an earlier table behind the curves of this one: of its columns with the names
+ * of drawn columns, over its column with the name of the horizontal axis. KEMPE_E_INPUT: it has no such columns, or one
+ * in a unit of another dimension. */
+KEMPE_API kempe_status kempe_table_write_picture_against(const kempe_table *table, const kempe_table *earlier,
+                                                         const char *x, const char *y, const char *path);
+
 KEMPE_END
 #endif

@@ -138,7 +138,7 @@ class Table(Columns, Fixed):
         self._columns: dict[str, NDArray[Any]] = {}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column.
+        """A column, by its name or its output, a sensor or a state also by its own name.
 
         Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         kept = self._columns.get(name)
@@ -148,7 +148,7 @@ class Table(Columns, Fixed):
 
     def _read(self, name: str) -> NDArray[Any]:
         column = -1
-        for word in (name, column_name(name)):
+        for word in (name, column_name(name), f"sensor.{name}", f"state.{name}"):
             column = lib.kempe_table_find(self._pointer, utf8(word)) if column < 0 else column
         if column < 0:
             raise KeyError(unknown("column", name, self.names))
@@ -177,14 +177,24 @@ class Table(Columns, Fixed):
         Raises FileError if the file cannot be written. Raises ArgumentError if its ending is of no known format."""
         self._context.check(lib.kempe_table_write, self._pointer, path_of(path))
 
-    def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:
-        """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first.
+    def write_picture(
+        self, path: str | os.PathLike[str], x: str | None = None, y: Any = None, against: Table | None = None
+    ) -> None:
+        """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first. `against`: another table, whose
+        columns of these names are dashed curves behind.
 
         Raises ArgumentError if the ending is neither .svg nor .png or there is no such column. Raises FailedError if there are no rows
-        or .png needs a library that is not installed. Raises FileError if the file cannot be written."""
+        or .png needs a library that is not installed. Raises FileError if the file cannot be written. Raises InputError if `against` has
+        no such column, or one in a unit of another dimension. Raises TypeError if it is not a table."""
         check_picture(path)
         names = [NULL if each is None else ffi.new("char[]", utf8(text_of(each))) for each in (x, y)]
-        self._context.check(lib.kempe_table_write_picture, self._pointer, *names, path_of(path))
+        if against is None:
+            return self._context.check(lib.kempe_table_write_picture, self._pointer, *names, path_of(path))
+        if not isinstance(against, Table):
+            raise TypeError(f"against: a Table is needed, not {type(against).__name__}")
+        return self._context.check(
+            lib.kempe_table_write_picture_against, self._pointer, against._pointer, *names, path_of(path)
+        )
 
     def svg(self, x: str | None = None, y: Any = None) -> str:
         """The picture as text.
@@ -209,7 +219,7 @@ class FrozenTable(Columns):
         self.row_count: int = len(next(iter(columns.values()), ()))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column.
+        """A column, by its name or its output, a sensor or a state also by its own name.
 
         Raises KeyError if there is no such column. Raises TypeError if the name is not a text."""
         found = name if name in self._columns else column_name(name)

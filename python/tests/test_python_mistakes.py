@@ -216,6 +216,7 @@ MISTAKES = {
     "a table in another format": (A, ["a.xyz", ".csv"], lambda p: run().rows.write(p / "a.xyz")),
     "a table in a missing folder": (kempe.FileError, [str(pathlib.Path("none/a.csv")), "No such file"], lambda p: run().rows.write(p / "none/a.csv")),
     "a picture in another format": (A, ["a.pdf", ".svg or .png"], lambda p: run().rows.write_picture(p / "a.pdf")),
+    "a picture against no table": (TypeError, ["against", "Table", "dict"], lambda p: run().rows.write_picture(p / "a.svg", against={})),
     "a picture of a wrong column": (A, ["'q.krank'", "q.crank"], lambda p: run().rows.write_picture(p / "a.svg", "t", "q.krank")),
     "no path of a table": (TypeError, ["a path is needed"], lambda p: run().rows.write(None)),
     "a result made by hand": (TypeError, ["Trajectory is made by"], lambda p: kempe.Trajectory()),

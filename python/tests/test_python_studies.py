@@ -1136,6 +1136,13 @@ def test_pictures(tmp_path):
     model = kempe.Model(EXAMPLES / "manchester/manchester.yaml")
     model.system().contact(sweep="shift=0:2 mm:3").write_picture(tmp_path / "contact.svg")
     assert "<svg" in (tmp_path / "contact.svg").read_text()
+    heavy, light = (kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank_mass=m).simulate(t_end=0.1).rows for m in (1, 2))
+    heavy.write_picture(tmp_path / "both.svg", y="q(rocker)", against=light)
+    assert 'class="dashed"' in (tmp_path / "both.svg").read_text()
+    other = tmp_path / "other.csv"
+    other.write_text("t,other\n0,1\n")
+    with pytest.raises(kempe.InputError, match="none of the columns of the picture"):
+        heavy.write_picture(tmp_path / "no.svg", y="qd(rocker)", against=kempe.Table.read(other))
 
 
 # -- the whole interface ------------------------------------------------------------------------------------

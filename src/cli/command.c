@@ -181,7 +181,8 @@ static kempe_status write_table(const cli_job *j, const cli_study *study, const 
     if (status == KEMPE_OK && s->units)
         kempe_table_name_units(table);
     if (status == KEMPE_OK && drawn)
-        status = kempe_table_write_picture(table, s->x, s->y, s->plot);
+        status = j->earlier ? kempe_table_write_picture_against(table, j->earlier, s->x, s->y, s->plot)
+                            : kempe_table_write_picture(table, s->x, s->y, s->plot);
     else if (status == KEMPE_OK)
         status = kempe_table_write(table, s->output);
     kempe_table_free(table);
@@ -284,8 +285,10 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         return KEMPE_E_ARGUMENT;
     }
 #endif
-    if (s->against && !s->report) {
-        cli_complain("--against draws on the page of --report: name that page, too");
+    if (s->against && !s->plot && (!s->report || command->bit != CLI_SIMULATE)) {
+        cli_complain(command->bit == CLI_SIMULATE
+                         ? "--against draws on the page of --report and in the picture of --plot: name one of them, too"
+                         : "--against draws in the picture of --plot: name it, too");
         return KEMPE_E_ARGUMENT;
     }
     if (s->against)

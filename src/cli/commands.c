@@ -117,7 +117,11 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
          "the wheels, --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates"},
         {CLI_MODES, s->svg && !swept, "--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N"},
         {CLI_CYCLES, !s->cycles.sweep, "the parameter and its range are missing: give --sweep NAME=A:B:N"},
-        {CLI_ENSEMBLE, !s->values == !s->sample.ranges, "ensemble needs either --values FILE or --sample NAME=A:B,.."},
+        {CLI_ENSEMBLE, s->values ? s->sample.ranges != NULL : !s->sample.ranges && !*s->quantities && !*s->limits,
+         "ensemble needs either --values FILE or --sample NAME=A:B,..; with --quantity and neither of them it runs the "
+         "model itself"},
+        {CLI_ENSEMBLE, !s->sample.ranges && (s->sample.count || s->sample.design || s->sample.correlations),
+         "--instances, --design and --correlate belong to a sample: give --sample NAME=A:B,.."},
         {CLI_ENSEMBLE, !s->out && (s->folder.resume || s->folder.shard || s->folder.chunk),
          "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe"},
         {CLI_ENSEMBLE, s->out && (s->output || s->plot || s->report),

@@ -56,7 +56,9 @@ static kempe_status instances_compute(const cli_job *j, void **object)
     instances *i = calloc(1, sizeof *i);
     kempe_status status = !i          ? KEMPE_E_MEMORY
                           : s->values ? kempe_values_read(j->model, s->values, &i->values)
-                                      : kempe_values_sample(j->model, &s->sample, &i->values);
+                          : s->sample.ranges
+                              ? kempe_values_sample(j->model, &s->sample, &i->values)
+                              : kempe_values_new(j->model, 0, NULL, 1, NULL, &i->values); /* the model itself */
     if (status == KEMPE_OK)
         status = kempe_ensemble_new_with(j->model, i->values, &measured, &i->ensemble);
     if (status == KEMPE_OK && s->out) {

@@ -3,6 +3,7 @@
  * runs are rows of model/data/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
  * name that begins with a dash. */
 #include "options.h"
+#include "command.h"
 #include "platform/platform.h"
 #include "terminal.h"
 
@@ -166,9 +167,10 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
     {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
-     "quantities of each instance: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
+     "quantities of each instance, or of the model itself without --values and --sample: an expression at the end, "
+     "at(EXPRESSION, TIME), max(..), min(..), range(..), "
      "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B); all but the first two also with "
-     "from TIME [to TIME] behind"},
+     "from TIME, to TIME or both behind"},
     {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
      "limits on quantities: each instance passes or fails"},
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
@@ -234,6 +236,8 @@ static const option options[] = {
     {CLI_RESPONSE, IN_RUN, "linear", FLAG(response.linear), "linear spacing of the frequencies (default: logarithmic)"},
     {CLI_COMFORT, IN_MODEL, "vertical", TEXT(comfort.vertical), "NAME,..",
      "vertical accelerations, weighted by Wb: 'acceleration(BODY.POINT).z' (default: the model's)"},
+    {CLI_COMFORT, IN_MODEL, "seat", TEXT(comfort.seat), "NAME,..",
+     "vertical accelerations on a seat, as of road vehicles, weighted by Wk (ISO 2631-1)"},
     {CLI_COMFORT, IN_MODEL, "lateral", TEXT(comfort.lateral), "NAME,..", "lateral accelerations, weighted by Wd"},
     {CLI_COMFORT, IN_MODEL, "longitudinal", TEXT(comfort.longitudinal), "NAME,..",
      "longitudinal accelerations, weighted by Wd"},
@@ -406,7 +410,9 @@ static const option options[] = {
     {CLI_OPTIMIZE, PAGE("the mechanism moving at the optimum, its outputs over time, the searches")},
     {CLI_SIMULATE, PAGE("the mechanism moving, time histories of all outputs, accuracy of the run")},
     {CLI_SIMULATE, IN_OUTPUT, "against", TEXT(against), "FILE",
-     "dotted curves of an earlier run, a CSV file of -o, on the page of --report"},
+     "curves of an earlier run, a CSV file of -o: dotted on the page of --report, dashed in the picture of --plot"},
+    {CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES, IN_OUTPUT, "against", TEXT(against), "FILE",
+     "dashed curves of an earlier result, a CSV file of -o, in the picture of --plot"},
     {CLI_SIMULATE, IN_OUTPUT, "animation", VALUE(SCENE, animation), "FILE",
      "write the mechanism moving: .glb, glTF for Blender and other programs; .json, the data of the picture"},
     {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},
@@ -534,6 +540,15 @@ static bool complain_unknown(unsigned command, const char *command_name, const c
             names[count++] = options[k].name;
     names[count] = NULL;
     const char *near = cli_nearest(word + strspn(word, "-"), names);
+    unsigned others = 0;
+    for (int k = 0; k < OPTION_COUNT; k++)
+        if (strncmp(word, "--", 2) == 0 && strlen(options[k].name) == strcspn(word + 2, "=") &&
+            strncmp(word + 2, options[k].name, strlen(options[k].name)) == 0)
+            others = options[k].commands;
+    for (const cli_command *c = cli_commands; c->name; c++)
+        if (c->bit & others)
+            return cli_complain("unknown option '%s': 'kempe %s' has it%s%s%s", word, c->name,
+                                near ? ", or did you mean '--" : "", near ? near : "", near ? "'?" : "");
     if (near)
         return cli_complain("unknown option '%s', did you mean '--%s'?", word, near);
     return cli_complain("unknown option '%s'; 'kempe %s --help' lists the options", word, command_name);

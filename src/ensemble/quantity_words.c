@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or only an expression: its value at the end. */
+/* A quantity is [NAME =] WORD(EXPRESSION) [from TIME] [to TIME], or only an expression: its value at the end. */
 #include "ensemble/quantity_words.h"
 #include "base/clones.h"
 #include "base/memory.h"
@@ -733,18 +733,19 @@ static size_t find_apart(part p, const char *word)
     return p.length;
 }
 
-/* Takes "from TIME" or "from TIME to TIME" from the end of an item. */
+/* Takes "from TIME", "to TIME" or "from TIME to TIME" from the end of an item. */
 static kempe_status take_span(reading *r, part *item, kmp_run_quantity *q)
 {
     enum { FROM = 4, TO = 2 };
     const part written = *item;
-    size_t from = find_apart(written, "from");
-    if (from == written.length)
+    const size_t from = find_apart(written, "from");
+    const bool begins = from < written.length;
+    const part behind = begins ? part_of(written, from + FROM, written.length - from - FROM) : written;
+    const size_t to = find_apart(behind, "to");
+    const bool ends = to < behind.length;
+    if (!begins && !ends)
         return KEMPE_OK;
-    const part behind = part_of(written, from + FROM, written.length - from - FROM);
-    size_t to = find_apart(behind, "to");
-    bool ends = to < behind.length;
-    *item = part_of(written, 0, from);
+    *item = part_of(written, 0, begins ? from : to);
     part inside;
     int row = find_word(*item, &inside);
     if (row < 0 || words[row].kind == KMP_TAKE_AT)
@@ -753,7 +754,8 @@ static kempe_status take_span(reading *r, part *item, kmp_run_quantity *q)
                         "first(..), count(..) or duration(..)");
     q->spanned = true;
     q->end = INFINITY;
-    KMP_TRY(read_time(r, part_of(behind, 0, to), &q->begin));
+    if (begins)
+        KMP_TRY(read_time(r, part_of(behind, 0, to), &q->begin));
     if (ends)
         KMP_TRY(read_time(r, part_of(behind, to + TO, behind.length - to - TO), &q->end));
     return q->end > q->begin ? KEMPE_OK : complain(r, written, "the span ends before it begins");

@@ -453,7 +453,7 @@ enum { WIDTH = 740, HEIGHT = 270, LINE = 17, LEFT_MARGIN = 74, MOST_CURVES = 24 
 
 typedef struct drawing {
     kempe_context *context;
-    const kempe_table *table;
+    const kempe_table *table, *earlier; /* of another computation, whose curves are dashed; NULL: none */
     kmp_arena arena;
     int x, count, curve[MOST_CURVES]; /* columns */
     bool along;                       /* x is the first column, which ascends */
@@ -474,14 +474,19 @@ static const char *column_name(kmp_arena *arena, const char *word)
     return name;
 }
 
-/* A column is meant by its name, or, unless `whole`, by the name of the output whose component, response or derivative
- * it is. */
-static bool is_meant(drawing *d, int column, const char *name, bool whole)
+/* A word means a column by its name, by the name of the output whose component, response or derivative it is, or by the
+ * name of a sensor or a state. */
+enum { BY_NAME, BY_OUTPUT, BY_QUANTITY, WAYS_TO_MEAN };
+
+static bool is_meant(drawing *d, int column, const char *name, int way)
 {
     size_t length = strlen(name);
     const char *own = column_name(&d->arena, kempe_table_column_name(d->table, column));
-    return own && kempe_table_values(d->table, column) && strncmp(own, name, length) == 0 &&
-           (!own[length] || (!whole && strchr("./", own[length])));
+    if (!own || !kempe_table_values(d->table, column))
+        return false;
+    if (way == BY_QUANTITY)
+        own = strncmp(own, "sensor.", 7) == 0 ? own + 7 : strncmp(own, "state.", 6) == 0 ? own + 6 : "";
+    return strncmp(own, name, length) == 0 && (!own[length] || (way != BY_NAME && strchr("./", own[length])));
 }
 
 static kempe_status fail_unknown(const drawing *d, const char *word)
@@ -497,9 +502,10 @@ static kempe_status fail_unknown(const drawing *d, const char *word)
 static kempe_status choose_x(drawing *d, const char *word)
 {
     const char *name = word ? column_name(&d->arena, word) : NULL;
-    for (d->x = 0; d->x < kempe_table_column_count(d->table); d->x++)
-        if (name ? is_meant(d, d->x, name, false) : kempe_table_values(d->table, d->x) != NULL)
-            return KEMPE_OK;
+    for (int way = name ? BY_OUTPUT : BY_NAME; way < WAYS_TO_MEAN; way++)
+        for (d->x = 0; d->x < kempe_table_column_count(d->table); d->x++)
+            if (name ? is_meant(d, d->x, name, way) : kempe_table_values(d->table, d->x) != NULL)
+                return KEMPE_OK;
     return fail_unknown(d, word ? word : "of numbers");
 }
 
@@ -513,9 +519,9 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
         const char *word = words[k];
         const char *name = column_name(&d->arena, word);
         bool found = false;
-        for (int whole = 1; whole >= 0 && !found; whole--)
+        for (int way = 0; way < WAYS_TO_MEAN && !found; way++)
             for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
-                bool meant = is_meant(d, c, name, whole);
+                bool meant = is_meant(d, c, name, way);
                 int drawn = 0;
                 while (drawn < d->count && d->curve[drawn] != c)
                     drawn++;
@@ -581,6 +587,44 @@ static void draw_curve(const drawing *d, kmp_plot *p, int curve)
     kmp_curve_end(p);
 }
 
+/* The column of the earlier table for a column of the table; -1: none. */
+static int earlier_of(const drawing *d, int column)
+{
+    return d->earlier ? kempe_table_find(d->earlier, kempe_table_column_name(d->table, column)) : -1;
+}
+
+/* Calls `visit` with the points of the curve of the earlier table. */
+static void walk_earlier(const drawing *d, kmp_plot *p, int curve, void (*visit)(kmp_plot *plot, double x, double y))
+{
+    const int x = earlier_of(d, d->x), y = earlier_of(d, d->curve[curve]);
+    for (int row = 0; x >= 0 && y >= 0 && row < kempe_table_row_count(d->earlier); row++)
+        visit(p, kmp_table_in_unit_of(d->table, d->x, d->earlier, row, x),
+              kmp_table_in_unit_of(d->table, d->curve[curve], d->earlier, row, y));
+}
+
+/* The earlier table has the column of the horizontal axis and one of the others, in units of their kind. */
+static kempe_status check_earlier(const drawing *d)
+{
+    bool any = false;
+    if (!d->earlier)
+        return KEMPE_OK;
+    const char *file = kempe_table_name(d->earlier);
+    for (int k = -1; k < d->count; k++) {
+        const int own = k < 0 ? d->x : d->curve[k], other = earlier_of(d, own);
+        if (other >= 0 && !kmp_table_is_comparable(d->table, own, d->earlier, other))
+            return kmp_fail(d->context, KEMPE_E_INPUT, "the table '%s' has '%s' in %s, this one in %s", file,
+                            kempe_table_column_name(d->table, own), kempe_table_unit(d->earlier, other),
+                            kempe_table_unit(d->table, own));
+        any = any || (k >= 0 && other >= 0);
+    }
+    if (earlier_of(d, d->x) < 0)
+        return kmp_fail(d->context, KEMPE_E_INPUT, "the table '%s' has no column '%s': nothing can be compared", file,
+                        kempe_table_column_name(d->table, d->x));
+    return any ? KEMPE_OK
+               : kmp_fail(d->context, KEMPE_E_INPUT,
+                          "the table '%s' has none of the columns of the picture: nothing can be compared", file);
+}
+
 static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
 {
     kmp_plot p = kmp_plot_inside(text, 0, top, WIDTH, HEIGHT);
@@ -592,6 +636,9 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     for (int k = 0; k < d->count; k++)
         for (int row = 0; has_unit(d, k, plot) && row < kempe_table_row_count(d->table); row++)
             kmp_plot_reach(&p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[k])[row]);
+    for (int k = 0; k < d->count; k++)
+        if (has_unit(d, k, plot))
+            walk_earlier(d, &p, k, kmp_plot_reach);
     if (y->logarithmic)
         y->low = fmax(y->low, 1e-10 * y->high);
     if (look == KMP_LOOK_PERIODIC) {
@@ -607,6 +654,12 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     p.square = strcmp(x->unit, kmp_shown_as(d->context, "m").unit) == 0 && strcmp(y->name, x->unit) == 0;
     kmp_plot_begin(&p, "%s", "");
     for (int k = 0; k < d->count; k++)
+        if (has_unit(d, k, plot) && earlier_of(d, d->curve[k]) >= 0) {
+            kmp_curve_begin(&p, "dashed", colour_of(d, k));
+            walk_earlier(d, &p, k, kmp_curve_to);
+            kmp_curve_end(&p);
+        }
+    for (int k = 0; k < d->count; k++)
         if (has_unit(d, k, plot) && !has_points(d, k))
             draw_curve(d, &p, k);
         else
@@ -616,14 +669,16 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     kmp_plot_end(&p);
 }
 
-kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y, const char *path)
+static kempe_status write_picture(const kempe_table *table, const kempe_table *earlier, const char *x, const char *y,
+                                  const char *path)
 {
-    KMP_WANTED(NULL, table, "table");
-    drawing d = {.context = kmp_table_context(table), .table = table};
+    drawing d = {.context = kmp_table_context(table), .table = table, .earlier = earlier};
     KMP_WANTED(d.context, path, "path");
     kmp_text text = {0};
     kmp_context_clear(d.context);
     kempe_status status = choose(&d, x, y);
+    if (status == KEMPE_OK)
+        status = check_earlier(&d);
     if (status == KEMPE_OK) {
         /* A plot for each unit. */
         for (int k = 0; k < d.count; k++) {
@@ -634,15 +689,32 @@ kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, 
                 d.unit[d.plots++] = d.curve[k];
         }
         double height = HEIGHT * d.plots;
-        kmp_picture_begin(&text, WIDTH, height + LINE * (d.count + 1), "");
+        kmp_picture_begin(&text, WIDTH, height + LINE * (d.count + (earlier ? 2 : 1)), "");
         for (int plot = 0; plot < d.plots; plot++)
             draw_plot(&d, &text, plot, HEIGHT * plot);
         for (int k = 0; k < d.count; k++)
             kmp_picture_entry(&text, LEFT_MARGIN, height + LINE * (k + 0.5), has_points(&d, k) ? NULL : "curve",
                               colour_of(&d, k), "%s", kempe_table_column_name(d.table, d.curve[k]));
+        if (earlier)
+            kmp_picture_entry(&text, LEFT_MARGIN, height + LINE * (d.count + 0.5), "dashed", "#111", "%s",
+                              kempe_table_name(earlier));
         kmp_picture_end(&text);
         status = kmp_picture_write(d.context, path, &text);
     }
     kmp_arena_free(&d.arena);
     return status;
+}
+
+kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y, const char *path)
+{
+    KMP_WANTED(NULL, table, "table");
+    return write_picture(table, NULL, x, y, path);
+}
+
+kempe_status kempe_table_write_picture_against(const kempe_table *table, const kempe_table *earlier, const char *x,
+                                               const char *y, const char *path)
+{
+    KMP_WANTED(NULL, table, "table");
+    KMP_WANTED(kmp_table_context(table), earlier, "earlier");
+    return write_picture(table, earlier, x, y, path);
 }

@@ -247,6 +247,22 @@ double kmp_table_in_si(const kempe_table *table, int row, int column)
     return kempe_table_number(table, row, column) / table->column[column].factor;
 }
 
+double kmp_table_in_unit_of(const kempe_table *table, int column, const kempe_table *other, int row, int other_column)
+{
+    const char *shown = kempe_table_unit(table, column);
+    kmp_unit unit = {.factor = 1, .divisor = 1};
+    (void)kmp_unit_read(shown, strlen(shown), &unit);
+    return kmp_table_in_si(other, row, other_column) * unit.divisor / unit.factor;
+}
+
+bool kmp_table_is_comparable(const kempe_table *table, int column, const kempe_table *other, int other_column)
+{
+    const char *own = kempe_table_unit(table, column), *others = kempe_table_unit(other, other_column);
+    kmp_unit a, b;
+    const bool known = kmp_unit_read(own, strlen(own), &a) && kmp_unit_read(others, strlen(others), &b);
+    return !known || kmp_dimension_fits(a.dimension, b.dimension);
+}
+
 const char *kmp_table_system(const kempe_table *table)
 {
     return table->system[0];

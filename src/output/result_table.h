@@ -72,6 +72,12 @@ kempe_outcome kmp_table_outcome(const kempe_table *table);
 /** A number of a table in SI, whatever the unit of its column. */
 double kmp_table_in_si(const kempe_table *table, int row, int column);
 
+/** A number of another table in the unit of a column. */
+double kmp_table_in_unit_of(const kempe_table *table, int column, const kempe_table *other, int row, int other_column);
+
+/** False for columns of two tables in units of different dimensions. */
+bool kmp_table_is_comparable(const kempe_table *table, int column, const kempe_table *other, int other_column);
+
 /** The system of units in which it was made, "mm" or "us"; NULL: SI. */
 const char *kmp_table_system(const kempe_table *table);
 

@@ -118,14 +118,11 @@ static void put_earlier(kmp_json *json, const kmp_page_curves *curves, double *r
     kmp_json_put(json, "earlier { name %s columns [", kempe_table_name(earlier));
     for (int c = 0; c < columns; c++) {
         const int own = kempe_table_find(curves->table, kempe_table_column_name(earlier, c));
-        kmp_unit unit = {.factor = 1, .divisor = 1};
         if (own < 0 || !kmp_page_is_first(curves, own))
             continue;
-        const char *shown = kempe_table_unit(curves->table, own);
-        (void)kmp_unit_read(shown, strlen(shown), &unit);
         int count = 0;
         for (int row = 0; row < rows; row += stride)
-            room[count++] = kmp_table_in_si(earlier, row, c) * unit.divisor / unit.factor;
+            room[count++] = kmp_table_in_unit_of(curves->table, own, earlier, row, c);
         kmp_json_put(json, "{ name %s", kempe_table_column_name(earlier, c));
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);

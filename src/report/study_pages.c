@@ -734,13 +734,6 @@ kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *
     return kmp_page_write(&kind, folder->context, NULL, &(gathered){folder, model}, path);
 }
 
-static bool is_of_unit(const char *own, const char *other)
-{
-    kmp_unit a, b;
-    const bool known = kmp_unit_read(own, strlen(own), &a) && kmp_unit_read(other, strlen(other), &b);
-    return !known || kmp_dimension_fits(a.dimension, b.dimension);
-}
-
 /* The first and the last time of a table, s; infinite in a table without any. */
 static void find_times(const kempe_table *table, double range[2])
 {
@@ -780,7 +773,7 @@ static kempe_status check_earlier(kempe_context *context, beside *both)
     for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(rows); c++) {
         const char *name = kempe_table_column_name(rows, c), *unit = kempe_table_unit(rows, c);
         const int own = kempe_table_find(earlier, name);
-        if (own >= 0 && !is_of_unit(unit, kempe_table_unit(earlier, own)))
+        if (own >= 0 && !kmp_table_is_comparable(rows, c, earlier, own))
             status = kmp_fail(context, KEMPE_E_INPUT, "the table '%s' has '%s' in %s, this run in %s",
                               kempe_table_name(earlier), name, kempe_table_unit(earlier, own), unit);
         if (own >= 0 && strcmp(name, "t") != 0)

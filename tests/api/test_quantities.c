@@ -339,6 +339,7 @@ static void test_bounces(void)
 static const char *const spanned =
     "top = max(q(x)) from 0.31 s to 0.35 s, low = min(q(x)) from 0.3 to 0.7, wide = range(q(x)) from 100 ms to 150 ms, "
     "middle = mean(q(x)) from 0.25 s, size = rms(q(x)) from 0.2 s to 0.6 s, area = integral(q(x)) from 0 to 0.4 s, "
+    "early = mean(q(x)) to 0.4 s, "
     "down = first(q(x) < 0) from 0.5 s, already = first(q(x) < 0) from 0.32 s, "
     "often = count(q(x) < 0) from 0.32 s to 0.9 s, below = duration(q(x) < 0) from 0.3 s to 0.8 s, "
     "sign = max(if(q(x) < 0, -1, 1)), other = min(if(q(x) < 0, -1, 1)) from 0.1 s, "
@@ -357,6 +358,7 @@ static void check_spans(const kempe_ensemble_result *b, int i, double a)
     CHECK_NEAR(value(b, i, "middle"), a * (sin(10) - sin(2.5)) / w / 0.75, 1e-8);
     CHECK_NEAR(value(b, i, "size"), sqrt(root), 1e-8);
     CHECK_NEAR(value(b, i, "area"), a * sin(4) / w, 1e-8);
+    CHECK_NEAR(value(b, i, "early"), a * sin(4) / w / 0.4, 1e-8);
     CHECK_NEAR(value(b, i, "down"), PI / 4, 1e-8);
     CHECK_NEAR(value(b, i, "already"), 0.32, 1e-12);
     CHECK(value(b, i, "often") == 1);
@@ -416,6 +418,7 @@ static void test_mistakes(void)
     refuse("a = q(x), a = qd(x)", NULL, "quantity:1:11: 'a = qd(x)': a quantity of this name is there already");
     refuse("max(q(x)) from 2 s to 1 s", NULL,
            "quantity:1:1: 'max(q(x)) from 2 s to 1 s': the span ends before it begins");
+    refuse("max(q(x)) to 0 s", NULL, "quantity:1:1: 'max(q(x)) to 0 s': the span ends before it begins");
     refuse("a = q(x) from 1 s", NULL,
            "quantity:1:5: 'q(x) from 1 s': a span of time is for max(..), min(..), range(..), mean(..), rms(..), "
            "integral(..), first(..), count(..) or duration(..)");

@@ -956,6 +956,17 @@ class Sensitivities(Case):
 
 
 class Kinematics(Case):
+    def test_extremes_of_outputs(self):
+        """The rows with the least and the greatest value of an output: x of a crank of 0.5 m over a turn."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: [0.5, 0, 0]}}}\n"
+                          "sensors: {far: position(a.P).x}\nrun: {outputs: [position(a.P), far]}\n")
+        text = self.expect(0, "kinematics", path, "--sweep", "a=0 deg:270 deg:271", "--angle-unit", "deg", "--units", "mm").stdout
+        self.assertRegex(text, r"(?m)^output +unit +least +at a, deg +greatest +at a, deg$")
+        self.assertRegex(text, r"(?m)^position.a.P.x +mm +-500 +180 +500 +0$")
+        self.assertRegex(text, r"(?m)^position.a.P.y +mm +-500 +270 +500 +90$")
+        self.assertRegex(text, r"(?m)^position.a.P.z +mm +0 +0 +0 +0$")
+        self.assertRegex(text, r"(?m)^sensor.far +SI +-0.5 +180 +0.5 +0$")
+
     """Coordinates led through a range: table, picture, dead centres, mistakes."""
 
     MODEL = ROOT / "examples/crank_rocker/crank_rocker.yaml"
@@ -1092,6 +1103,23 @@ class Contact(Case):
 
 
 class Ensembles(Case):
+    def test_the_model_itself(self):
+        """Without values and samples: the quantities of one run, without statistics, which one instance has not."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 2}}}\n"
+                          "forces: {f: {joint: a, torque: 3}}\nrun: {t_end: 2}\n")
+        words = "ensemble", path, "--quantity", "end = q(a), middle = mean(qd(a))", "--limit", "end < 4"
+        text = self.expect(0, *words, "-o", "rows.csv").stdout
+        self.assertIn("quantities of the instance\nlimits    pass\nend [rad]\n  value     3\nmiddle [rad/s]\n  value     1.5\n", text)
+        self.assertNotIn("nan", text)
+        self.assertEqual(len((self.folder / "rows.csv").read_text().splitlines()), 2)
+        self.assertIn("limits    fail\n", self.expect(0, *words[:-1], "end < 2").stdout)
+        self.assertIn("belong to a sample", self.expect(3, *words, "--instances", 5).stderr)
+        self.assertIn("runs the model itself", self.expect(3, "ensemble", path).stderr)
+
+    def test_an_option_of_another_command(self):
+        self.assertIn("'kempe ensemble' has it", self.expect(3, "simulate", ANDREWS, "--quantity", "q(beta)").stderr)
+        self.assertIn("did you mean '--output-step'?", self.expect(3, "simulate", ANDREWS, "--output-ste", "1").stderr)
+
     """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
 
     BARS = "crank,base,qd.crank\n0.3,0.9,20\n# four\n 0.31 ,0.88,-18.5\n0.29,0.91,2e1\n0.3,5,20\n"
@@ -1755,6 +1783,17 @@ class Check(Case):
         self.assertEqual([d["when"] for d in bennett["dependent"]], ["always"] * 4)
         self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
 
+    def test_one_end_of_a_range(self):
+        """Behind a worm the crank is followed over a part of a turn: the rocker has one dead centre there, and no other end."""
+        path = self.model((ROOT / "examples/four_bar/four_bar.yaml").read_text() +
+                          "\ninclude: [{file: worm.yaml}]\n")
+        (self.folder / "worm.yaml").write_text(
+            "kempe: 1\nbodies: {rotor: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
+            "loops: {worm: {coupler: {rotor: 1, crank: -60}}}\n")
+        text = self.expect(0, "check", path).stdout
+        self.assertRegex(text, r"(?m)^ +rocker +followed from \S+ to \S+ rad, the (first|second) a dead centre$")
+        self.assertNotIn("oscillates", text)
+
     def test_what_does_not_assemble(self):
         bar = "{name: %s, revolute: z, at: %s}, mass: 1, inertia: {zz: 1}, points: {E: [%s, 0, 0]}}"
         path = self.model("kempe: 1\nname: short\nground: {points: {O: [0, 0, 0], D: [3, 0, 0]}}\nbodies:\n"
@@ -1793,6 +1832,23 @@ class Assemble(Case):
 
 
 class Simulate(Case):
+    def test_energy_of_impacts(self):
+        """A ball that falls from 1 m and rebounds with half the speed loses 3/4 of its energy each time: three impacts in 1.3 s."""
+        path = self.model("kempe: 1\ngravity: [0, -10, 0]\nbodies: {ball: {joint: {name: y, prismatic: y, at: ground}, mass: 2}}\n"
+                          "contacts: {floor: {joint: y, lower: 0, restitution: 0.5}}\nstart: {q: {y: 1}}\nrun: {t_end: 1.3}\n")
+        text = " ".join(self.expect(0, "simulate", path).stdout.split())
+        lost = 20 * (1 - 0.25**int(re.search(r"(\d) such events, together", text).group(1)))
+        self.assertIn(f"together by {lost:.4g} J, the last at t = ", text)
+
+    def test_plot_of_a_sensor(self):
+        """A sensor is drawn by its own name, as a model requests it, on both axes; so is a state."""
+        path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                          "states: {heat: {rate: 1}}\nsensors: {turns: q(a)/(2*pi), half: q(a)/2}\nstart: {qd: {a: 1}}\n"
+                          "run: {outputs: [q, turns, half, heat]}\n")
+        self.expect(0, "simulate", path, "--plot", "own.svg", "--x", "turns", "--y", "half, heat")
+        self.expect(0, "simulate", path, "--plot", "named.svg", "--x", "sensor(turns)", "--y", "sensor(half), state(heat)")
+        self.assertEqual((self.folder / "own.svg").read_text(), (self.folder / "named.svg").read_text())
+
     SHORT = ("simulate", FOUR_BAR, "--t-end", 0.1, "--rtol", 1e-8)
 
     def test_threads(self):
@@ -3463,6 +3519,13 @@ run: {t_end: 20, outputs: [q, acceleration(car.P), sensor(worse)]}
         nominal = (0.5, 0.63, 0.8, 1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8, 10)
         for f, factor in zip(nominal, (853, 944, 992, 1011, 1008, 968, 890, 776, 642, 512, 409, 323, 253, 201)):
             self.assertAlmostEqual(1000 * self.gain(f, 2), factor, delta=1, msg=f"{f} Hz")
+
+    def test_a_seat(self):
+        """Wk at third octaves in thousandths, from ISO 2631-1:1997, table 3, as others have copied it."""
+        for f, factor in ((0.5, 418), (1, 482), (2, 531), (4, 967), (5, 1039), (8, 1036), (16, 768), (31.5, 405)):
+            found = self.judge("--set", f"f={f}", "--from", 10, "--seat", "acceleration(car.P).z")["signals"][0]
+            self.assertEqual((found["direction"], found["weighting"], found["Wz"]), ("seat", "Wk", None))
+            self.assertAlmostEqual(found["weighted"] * 2**0.5 * 1000, factor, delta=4 if f > 20 else 1, msg=f"{f} Hz")
 
     def test_another_program(self):
         model, axes = ROOT / "examples/ride/shaken_seat.yaml", {"longitudinal": "x", "lateral": "y", "vertical": "z", "seat-back": "x"}

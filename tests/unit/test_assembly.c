@@ -196,6 +196,20 @@ static void held_coordinates_that_cannot_be_kept(void)
     unload(&l);
 }
 
+/* A drive that begins elsewhere than the start holds its coordinate is named, and no loop. */
+static void a_drive_contradicts_a_held_coordinate(void)
+{
+    char text[2048];
+    snprintf(text, sizeof text, short_bar, "1.8", ", hold: [A]");
+    strcat(text, "drives: {turn: {joint: A, angle: 70 deg + 3*t}}\n");
+    loaded l = load_text(text);
+    kempe_assembly *a = NULL;
+    CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "drive 'turn' begins 30 deg away from the start of 'A'"));
+    kempe_assembly_free(a);
+    unload(&l);
+}
+
 /* -- redundant closures ------------------------------------------------------------------------------ */
 
 /* Six rows of rank four: one degree of freedom. Away from closed states their rank is five. */
@@ -464,6 +478,7 @@ int main(void)
     TEST(turned_starts_close);
     TEST(a_straight_guess_is_left);
     TEST(held_coordinates_that_cannot_be_kept);
+    TEST(a_drive_contradicts_a_held_coordinate);
     TEST(redundant_closures_assemble);
     TEST(rates_are_made_consistent);
     TEST(rows_of_rounding_alone_move_nothing);

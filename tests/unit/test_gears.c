@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Gear wheels by their teeth: motions, forces of the teeth and loads of the joints by closed forms, and by the balance
  * of each wheel in a housing that turns. */
+#include "compared_runs.h"
 #include "linalg/dense/dot.h"
 #include "ways.h"
 #include <kempe/gradient.h>
@@ -540,6 +541,32 @@ static void rigid_teeth_rebound(void)
     }
 }
 
+/* The first wheel is at half a radian from the start on, and turns 50 ms later: elastic teeth have no force before, and
+ * e'' = r a - K r2^2/J e from there on. */
+static void elastic_teeth_count_from_the_driven_start(void)
+{
+    static const char *const laws[] = {"0.5 + 100*max(0, t - 0.05)^2", "0.5 + if(t < 0.05, 0, 100*(t - 0.05)^2)"};
+    for (int c = 0; c < 2; c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\nground: {points: {O: [0, 0, 0], P: [0.15, 0, 0]}}\nbodies:\n"
+                           "  a: {joint: {revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.001}}\n"
+                           "  b: {joint: {revolute: z, at: ground.P}, mass: 1, inertia: {zz: 0.01}}\n"
+                           "gears: {m: {between: [a, b], teeth: [20, 40], module: 5 mm, stiffness: 10 kN/m}}\n"
+                           "drives: {d: {joint: a, angle: \"%s\"}}\nsensors: {e: transmission_error(m)}\n"
+                           "run: {t_end: 0.1, outputs: [q, e]}\n",
+                           laws[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *early = simulate(&l, &ways[k], 0.05), *run = simulate(&l, &ways[k], 0.1);
+            CHECK(fabs(at_end(early, "q(b)")) < 1e-7 && fabs(at_end(early, "e")) < 1e-8);
+            CHECK_NEAR(at_end(run, "e"), 0.05 * 200 / 1e4 * (1 - cos(5)), 1e-3);
+            kempe_trajectory_free(early);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
 /* -- what is wrong in a model ------------------------------------------------------------------------------ */
 
 static void refused(void)
@@ -613,6 +640,7 @@ int main(void)
     TEST(a_worm_holds_its_load);
     TEST(elastic_teeth_strike_and_leave);
     TEST(rigid_teeth_rebound);
+    TEST(elastic_teeth_count_from_the_driven_start);
     TEST(refused);
     return check_report();
 }

@@ -224,10 +224,13 @@ static void withdrawn_starts(void)
     kempe_model *m = read_outer("kempe: 1\ninclude: [{file: started.yaml, prefix: a_}]\n"
                                 "start: {q: {a_A: null}, qd: {a_A: , a_B: 2}, goals: {a_G: null}}\n");
     if (m) {
-        CHECK(!m->start.q_given[0] && m->start.q[0].value == 0 && !m->start.qd_given[0]);
+        CHECK(!m->start.q_given[0] && m->start.q[0].value == 0 && !m->start.qd_given[0] && !m->start.hold[0]);
         CHECK(m->start.qd_given[1] && m->start.qd[1].value == 2 && m->start.goal_count == 0);
         kempe_model_free(m);
     }
+    m = read_outer("kempe: 1\ninclude: [{file: started.yaml}]\nstart: {q: {A: null}, hold: [A]}\n");
+    CHECK(m && m->start.hold[0]); /* the model holds it itself */
+    kempe_model_free(m);
     m = NULL;
     CHECK(kempe_model_read_text(context,
                                 "kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"

@@ -197,6 +197,56 @@ static void drawn(void)
     kempe_table_free(made);
 }
 
+/* The table of a file with one row of names and rows of numbers. */
+static kempe_table *table_of(const char *text)
+{
+    char path[] = "/tmp/kempe_table_XXXXXX.csv";
+    kempe_table *read = NULL;
+    close(mkstemps(path, 4));
+    FILE *file = fopen(path, "w");
+    CHECK(file && fputs(text, file) >= 0 && fclose(file) == 0);
+    CHECK(kempe_table_read(context, path, &read) == KEMPE_OK);
+    unlink(path);
+    return read;
+}
+
+/* The curve of class `dashed` or `curve` of a picture; "": there is none. */
+static const char *curve_in(const char *text, const char *class, char path[256])
+{
+    char begin[64];
+    (void)snprintf(begin, sizeof begin, "<path class=\"%s\"", class);
+    const char *s = text ? strstr(text, begin) : NULL;
+    s = s ? strstr(s, " d=\"") : NULL;
+    (void)snprintf(path, 256, "%.*s", s ? (int)strcspn(s + 4, "\"") : 0, s ? s + 4 : "");
+    return path;
+}
+
+/* Curves of an earlier table, in another unit, are where the same numbers of the table itself are. */
+static void drawn_against_another(void)
+{
+    char path[] = "/tmp/kempe_table_XXXXXX.svg", dashed[256], curve[256];
+    kempe_table *own = table_of("t [s],x [m],w\n0,0,1\n1,2,1\n2,-1,4\n"),
+                *other = table_of("w,t [ms],x [mm]\n1,0,0\n1,1000,2000\n4,2000,-1000\n"),
+                *wrong = table_of("t [s],x [N]\n0,0\n"), *none = table_of("t [s],y\n0,0\n"),
+                *timeless = table_of("x [m]\n0\n");
+    close(mkstemps(path, 4));
+    CHECK(kempe_table_write_picture_against(own, other, NULL, "x", path) == KEMPE_OK);
+    char *text = read_back(path);
+    CHECK(strcmp(curve_in(text, "dashed", dashed), curve_in(text, "curve", curve)) == 0 && strlen(curve) > 10);
+    CHECK(text && strstr(text, kempe_table_name(other))); /* in the legend */
+    kmp_free(text);
+    CHECK(kempe_table_write_picture_against(own, wrong, "t", "x", path) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "has 'x' in N, this one in m"));
+    CHECK(kempe_table_write_picture_against(own, none, NULL, NULL, path) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "none of the columns of the picture"));
+    CHECK(kempe_table_write_picture_against(own, timeless, NULL, NULL, path) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "has no column 't'"));
+    unlink(path);
+    kempe_table *const tables[] = {own, other, wrong, none, timeless};
+    for (int k = 0; k < 5; k++)
+        kempe_table_free(tables[k]);
+}
+
 /* The points of the first curve of the picture of rows (k, y) with a peak at one of them: their number, and the lowest
  * and highest places. */
 static int points_drawn(int rows, int step, int peak, double range[2])
@@ -264,6 +314,7 @@ int main(void)
     TEST(degrees);
     TEST(zipped);
     TEST(drawn);
+    TEST(drawn_against_another);
     TEST(many_rows_drawn);
     TEST(names_with_units);
     TEST(without_memory);

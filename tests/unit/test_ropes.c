@@ -872,6 +872,32 @@ static void a_start_is_as_driven(void)
     }
 }
 
+/* A carriage that begins to move at 50 ms pulls a load. A rope without a length keeps its length of the start where the
+ * law of the drive switches: its elongation is 2 a m/K (1 - cos(w t)) from there on. */
+static void a_start_keeps_its_conditions(void)
+{
+    static const char *const laws[] = {"max(0, t - 0.05)^2", "if(t < 0.05, 0, (t - 0.05)^2)",
+                                       "0.5*(t - 0.05)*(abs(t - 0.05) + t - 0.05)"};
+    for (int c = 0; c < (int)(sizeof laws / sizeof *laws); c++)
+        for (int k = 0; k < WAYS; k++) {
+            char model[1024];
+            (void)snprintf(model, sizeof model,
+                           "kempe: 1\nbodies:\n"
+                           "  carriage: {joint: {prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                           "  load: {joint: {prismatic: x, at: ground}, mass: 2, points: {P: [0, 0, 0]}}\n"
+                           "drives: {pull: {joint: carriage, displacement: \"%s\"}}\n"
+                           "ropes: {r: {along: [carriage.P, load.P], stiffness: 1 kN/m}}\nstart: {q: {load: -1}}\n",
+                           laws[c]);
+            loaded l = load_text(model);
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.15);
+            const double stretch = 2 * 2e-3 * (1 - cos(sqrt(500) * 0.1));
+            CHECK_NEAR(at_end(run, "q(load)"), 0.01 - 1 - stretch, 1e-6);
+            CHECK_NEAR(at_end(run, "tension(r)"), 1e3 * stretch, 1e-4);
+            kempe_trajectory_free(run);
+            unload(&l);
+        }
+}
+
 /* -- with other studies ---------------------------------------------------------------------------------- */
 
 #define FALLS                                                                                                          \
@@ -1233,6 +1259,7 @@ int main(void)
     TEST(a_closed_rope_leaves_its_first_place);
     TEST(a_peg_that_is_off_adds_no_turn);
     TEST(a_start_is_as_driven);
+    TEST(a_start_keeps_its_conditions);
     TEST(belts_have_their_lengths);
     TEST(a_chain_has_teeth);
     TEST(a_timing_belt_oscillates);

@@ -337,6 +337,18 @@ static void a_closed_guess_and_a_drive(void)
     check_trial(&(trial){
         .text = text, .parameters = "base", .outputs = "q(rocker)", .t_end = 0.2, .within = 1e-7, .first_step = 1e-5});
     free(text);
+    /* A held coordinate that is driven: the drive has it. */
+    text =
+        example("four_bar",
+                (const char *const[]){"start: {", "drives: {turn: {joint: crank, angle: 3*t + t^2}}\nstart: {", NULL});
+    CHECK(strstr(text, "hold: [crank]") != NULL);
+    check_trial(&(trial){.text = text,
+                         .parameters = "base,crank",
+                         .outputs = "q(rocker),lambda(turn)",
+                         .t_end = 0.3,
+                         .within = 1e-7,
+                         .first_step = 1e-5});
+    free(text);
     text = example("driven_slider_crank", (const char *const[]){NULL});
     check_trial(&(trial){.text = text,
                          .parameters = "r,speed",

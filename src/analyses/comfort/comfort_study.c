@@ -23,7 +23,8 @@ const kmp_comfort_row kmp_comfort_rows[KMP_COMFORT_DIRECTIONS] = {
     [KMP_COMFORT_LONGITUDINAL] = {"longitudinal", KMP_WEIGHTING_WD, false},
     [KMP_COMFORT_LATERAL] = {"lateral", KMP_WEIGHTING_WD, true},
     [KMP_COMFORT_VERTICAL] = {"vertical", KMP_WEIGHTING_WB, true},
-    [KMP_COMFORT_SEAT_BACK] = {"seat back", KMP_WEIGHTING_WC, false}};
+    [KMP_COMFORT_SEAT_BACK] = {"seat back", KMP_WEIGHTING_WC, false},
+    [KMP_COMFORT_SEAT] = {"seat", KMP_WEIGHTING_WK, false}};
 
 /* The outputs of all signals, in the order of the signals. */
 typedef struct study {
@@ -46,11 +47,12 @@ static kempe_status choose_words(study *s)
     static const kmp_comfort_direction along[] = {KMP_COMFORT_LONGITUDINAL, KMP_COMFORT_LATERAL, KMP_COMFORT_VERTICAL};
     const kempe_comfort_options *o = s->options;
     const kempe_model *model = s->c->system->model;
-    const char *const given[] = {o->longitudinal, o->lateral, o->vertical, o->seat_back};
+    const char *const given[KMP_COMFORT_DIRECTIONS] = {o->longitudinal, o->lateral, o->vertical, o->seat_back, o->seat};
     kmp_text list[3] = {{0}, {0}, {0}};
     memcpy(s->words, given, sizeof given);
-    if (given[0] || given[1] || given[2] || given[3])
-        return KEMPE_OK;
+    for (int k = 0; k < KMP_COMFORT_DIRECTIONS; k++)
+        if (given[k])
+            return KEMPE_OK;
     bool upright = model->gravity[2].value != 0 || model->wheel_count > 0;
     for (int k = 0; k < model->output_count && upright; k++)
         for (int axis = 0; model->outputs[k].kind == KMP_OUTPUT_ACCELERATION && axis < 3; axis++) {
@@ -64,7 +66,7 @@ static kempe_status choose_words(study *s)
     if (!s->words[KMP_COMFORT_VERTICAL] || !*s->words[KMP_COMFORT_VERTICAL])
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "no acceleration output found: the model requests none of a point, with z upwards; give "
-                        "--vertical, --lateral or --longitudinal, for example 'acceleration(BODY.POINT).z'");
+                        "--vertical, --seat, --lateral or --longitudinal, for example 'acceleration(BODY.POINT).z'");
     return KEMPE_OK;
 }
 

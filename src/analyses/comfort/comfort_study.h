@@ -13,6 +13,7 @@ typedef enum kmp_comfort_direction {
     KMP_COMFORT_LATERAL,
     KMP_COMFORT_VERTICAL,
     KMP_COMFORT_SEAT_BACK,
+    KMP_COMFORT_SEAT,
     KMP_COMFORT_DIRECTIONS
 } kmp_comfort_direction;
 

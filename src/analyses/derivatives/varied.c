@@ -13,6 +13,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -436,12 +437,21 @@ static kempe_status refuse_held(const kempe_system *s)
     return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);
 }
 
+/* True if a drive or a lock has the coordinate in any case, whether the start holds it or not. */
+static bool is_driven(const kempe_model *model, int motion)
+{
+    for (int c = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c]) && model->closures[c].motion == motion)
+            return true;
+    return false;
+}
+
 static kempe_status choose_as_assembled(beginning *b)
 {
     const kempe_system *s = b->v->system;
     kmp_linear *l = &b->v->linear;
     for (int i = 0; i < b->n; i++)
-        if (s->model->start.hold[i])
+        if (s->model->start.hold[i] && !is_driven(s->model, i))
             b->hold[b->held++] = i;
     bool near = b->m > 0 && (long)b->m * b->n <= LARGE;
     if (near) {

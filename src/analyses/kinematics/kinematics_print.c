@@ -11,6 +11,7 @@
 #include "output/result_table.h"
 #include <kempe/kinematics.h>
 #include <math.h>
+#include <string.h>
 
 /* -- parts ------------------------------------------------------------------------------------------- */
 
@@ -97,6 +98,71 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
     }
 }
 
+enum { MOST_OUTPUTS = 24 };
+
+/* The unit of column c of the outputs, as it is in the model. */
+static const char *unit_of(const kempe_kinematics *k, int c)
+{
+    const kempe_model *model = k->system->model;
+    const kmp_output *output = &model->outputs[k->column[c].output];
+    const char *unit = kmp_output_unit(model, output, k->column[c].component);
+    return output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(k->system->context, unit) : unit;
+}
+
+/* The row with the least or the greatest value of an output; -1: it has none. */
+static int row_of(const kempe_kinematics *k, int c, bool greatest)
+{
+    const span r = span_of(k, k->shown, k->width, c);
+    for (int row = 0; row < k->count; row++)
+        if (k->shown[(size_t)row * (size_t)k->width + (size_t)c] == (greatest ? r.most : r.least))
+            return row;
+    return -1;
+}
+
+/* Values of an output that are smaller are rounding: a part of the largest of all its components. */
+static double noise_of(const kempe_kinematics *k, int c)
+{
+    double size = 0;
+    for (int i = 0; i < k->width; i++)
+        if (k->column[i].output == k->column[c].output)
+            size = fmax(size, largest(span_of(k, k->shown, k->width, i)));
+    return KMP_PRINT_NOISE * size;
+}
+
+/* The extreme values of outputs among the rows, and where they are. */
+static void show_outputs(kmp_text *text, const kempe_kinematics *k)
+{
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
+    const kmp_shown swept = shown_as(k, parameter);
+    const int count = k->width < MOST_OUTPUTS ? k->width : MOST_OUTPUTS;
+    if (count == 0 || k->count == 0)
+        return;
+    int width = 10;
+    for (int c = 0; c < count; c++)
+        width = (int)strlen(k->column[c].name) > width ? (int)strlen(k->column[c].name) : width;
+    kmp_text at = {0};
+    kmp_text_printf(&at, "at %s%s%s", kmp_kinematics_name(k, parameter), *swept.unit ? ", " : "", swept.unit);
+    const int wide = at.length > 13 ? (int)at.length : 13;
+    const char *place = at.s ? at.s : "";
+    kmp_text_printf(text, "\n%-*s  %-6s  %13s  %*s  %13s  %*s\n", width, "output", "unit", "least", wide, place,
+                    "greatest", wide, place);
+    kmp_text_free_part(text, &at);
+    for (int c = 0; c < count; c++) {
+        const kmp_shown as = kmp_shown_as(k->system->context, unit_of(k, c));
+        const double noise = noise_of(k, c);
+        kmp_text_printf(text, "%-*s  %-6s", width, k->column[c].name, as.unit);
+        for (int greatest = 0; greatest < 2; greatest++) {
+            const int row = row_of(k, c, greatest);
+            const double x = row < 0 ? NAN : k->shown[(size_t)row * (size_t)k->width + (size_t)c];
+            kmp_text_printf(text, "  %13.6g  %*.6g", as.factor * kmp_print_clean(x, noise), wide,
+                            row < 0 ? NAN : swept.factor * value_at(k, k->s[row]));
+        }
+        kmp_text_put(text, "\n");
+    }
+    if (k->width > count)
+        kmp_text_printf(text, "and %d more\n", k->width - count);
+}
+
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
@@ -145,6 +211,7 @@ static void show_all(kmp_text *text, const void *result)
             kmp_text_put(text, "\n");
         }
     }
+    show_outputs(text, k);
     show_dead(text, k);
     kmp_shown as = shown_as(k, &k->parameter[k->first]);
     for (int c = 0; c < k->change_count; c++)
@@ -238,10 +305,7 @@ static void fill_rows(kempe_table *table, const void *result)
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);
     for (int c = 0; c < k->width; c++) {
-        const kmp_output *output = &s->model->outputs[k->column[c].output];
-        const char *unit = kmp_output_unit(s->model, output, k->column[c].component);
-        kmp_tabulate_column(table, output->kind == KMP_OUTPUT_SENSOR ? kmp_print_unknown(s->context, unit) : unit, "%s",
-                            k->column[c].name);
+        kmp_tabulate_column(table, unit_of(k, c), "%s", k->column[c].name);
     }
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;

@@ -8,6 +8,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
+#include "dynamics/kinematics/tree_start.h"
 #include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include "symbolic/substitute.h"
@@ -264,14 +265,25 @@ kmp_ref kmp_gear_error(const kmp_tree *tree, const kmp_closure *closure)
     kmp_graph *g = tree->graph;
     const int count = closure->term_count;
     kmp_ref *q = KMP_GRAPH_NEW(g, kmp_ref, count), *start = KMP_GRAPH_NEW(g, kmp_ref, count);
-    const kmp_ref error = kmp_sub(g, kmp_gear_path(tree, closure, 0), kmp_gear_path(tree, closure, 1));
+    kmp_ref error = kmp_sub(g, kmp_gear_path(tree, closure, 0), kmp_gear_path(tree, closure, 1)), first = error;
+    bool driven = false;
     if (!q || !start)
         return error;
     for (int k = 0; k < count; k++) {
-        q[k] = kmp_input(g, KMP_IN_Q, (uint32_t)closure->terms[k].motion);
-        start[k] = kmp_tree_number(tree, &tree->model->start.q[closure->terms[k].motion]);
+        const int motion = closure->terms[k].motion;
+        q[k] = kmp_input(g, KMP_IN_Q, (uint32_t)motion);
+        start[k] = kmp_tree_number(tree, &tree->model->start.q[motion]);
+        driven = driven || kmp_is_driven(tree->model, motion);
     }
-    return kmp_sub(g, error, kmp_graph_replace(g, count, q, start, error));
+    if (!driven)
+        return kmp_sub(g, error, kmp_graph_replace(g, count, q, start, error));
+    kmp_tree plain = {0};
+    if (kmp_tree_init(&plain, g, tree->model, tree->keep, false))
+        kmp_put_start(&plain, 1, &first);
+    else
+        kmp_graph_fail(g);
+    kmp_tree_free(&plain);
+    return kmp_sub(g, error, first);
 }
 
 /* -- the force ----------------------------------------------------------------------------------------- */

@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
+#include "dynamics/kinematics/tree_start.h"
 #include "model/data/force.h"
 #include "model/data/model.h"
 #include "symbolic/function_table.h"
@@ -468,44 +469,6 @@ kmp_ref kmp_rope_slide(const kmp_tree *tree, const kmp_rope *rope, int place)
 
 /* -- the start ----------------------------------------------------------------------------------------- */
 
-/* The coordinate of a motion at the start: as it is driven, or as it is written. */
-static kmp_ref start_of(const kmp_tree *tree, int motion)
-{
-    const kempe_model *model = tree->model;
-    for (int c = 0; c < model->closure_count; c++)
-        if (model->closures[c].kind == KMP_CLOSURE_drive && model->closures[c].motion == motion)
-            return kmp_tree_expression(tree, model->closures[c].function);
-    return kmp_tree_number(tree, &model->start.q[motion]);
-}
-
-/* Values with the coordinates of the start in place of all coordinates. They are functions of a tree without charts. */
-static void put_start(const kmp_tree *tree, int count, kmp_ref *values)
-{
-    kmp_graph *g = tree->graph;
-    const kempe_model *model = tree->model;
-    const int n = model->motion_count, times = kmp_tree_time_leaf_count(tree);
-    kmp_ref *from = KMP_GRAPH_NEW(g, kmp_ref, n + times + 1), *to = KMP_GRAPH_NEW(g, kmp_ref, n + times + 1);
-    uint16_t through;
-    if (!from || !to) {
-        kmp_graph_fail(g);
-        return;
-    }
-    for (int k = 0; k < n; k++) {
-        from[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
-        to[k] = start_of(tree, k);
-    }
-    if (!kmp_substitute(g, n, from, to, count, values, &through))
-        kmp_graph_fail(g);
-    from[0] = kmp_input(g, KMP_IN_TIME, 0);
-    to[0] = KMP_ZERO;
-    for (int k = 0; k < model->input_count; k++) {
-        from[1 + k] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, 0));
-        to[1 + k] = kmp_const(g, kmp_signal_value(&model->inputs[k].signal, 0));
-    }
-    if (!kmp_substitute(g, 1 + model->input_count, from, to, count, values, &through))
-        kmp_graph_fail(g);
-}
-
 /* The free length of what has the length L at the start under the preload. */
 static kmp_ref unloaded(const kmp_tree *tree, const kmp_rope *rope, kmp_ref length)
 {
@@ -530,7 +493,7 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
     if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
         start[0] = kmp_rope_length(&plain, rope);
         start[1] = paid(&plain, rope);
-        put_start(tree, 2, start);
+        kmp_put_start(&plain, 2, start);
     } else {
         kmp_graph_fail(tree->graph);
     }

@@ -701,7 +701,9 @@ static void put_quantity(kmp_text *text, const kempe_statistics *s, const quanti
         kmp_text_printf(text, ", known in %d of %d %s", q->count, s->samples,
                         s->grid ? "instances" : "independent samples");
     kmp_text_put(text, "\n");
-    if (q->count == 0)
+    if (q->count == 1) /* no statistics */
+        kmp_text_printf(text, "  value     %.*g\n", d, as.factor * q->least);
+    if (q->count <= 1)
         return;
     kmp_text words = {0};
     if (s->grid)
@@ -748,14 +750,18 @@ static void put_contributions(kmp_text *text, const kempe_statistics *s, const q
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_statistics *s = result;
-    if (s->grid)
+    if (s->rows == 1)
+        kmp_text_put(text, "quantities of the instance\n");
+    else if (s->grid)
         kmp_text_printf(text,
                         "statistics of %d of %d instances of a grid, without intervals, which belong to samples\n",
                         s->done, s->rows);
     else
         kmp_text_printf(text, "statistics of %d of %d instances, intervals of %.4g %% confidence\n", s->done, s->rows,
                         100 * s->confidence);
-    if (s->limited && s->grid)
+    if (s->limited && s->rows == 1)
+        kmp_text_printf(text, "limits    %s\n", s->passed ? "pass" : s->judged ? "fail" : "not known");
+    else if (s->limited && s->grid)
         kmp_text_printf(text, "yield     %.6g %%: %d of %d instances whose quantities are known\n",
                         100 * s->yield.value, s->passed, s->judged);
     else if (s->limited)

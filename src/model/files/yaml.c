@@ -45,9 +45,22 @@ static kmp_place place_at(const char *text, size_t length, size_t offset)
     return place;
 }
 
-/* The remedy of an error of the parser; "": none is known. */
-static const char *remedy_of(const char *problem)
+/* True if a tab is among the characters with which a line begins. */
+static bool is_indented_by_tab(const char *text, size_t length, size_t line)
 {
+    size_t i = 0;
+    for (; i < length && line > 1; i++)
+        line -= text[i] == '\n';
+    while (i < length && text[i] == ' ')
+        i++;
+    return i < length && text[i] == '\t';
+}
+
+/* The remedy of an error of the parser; "": none is known. */
+static const char *remedy_of(const char *problem, bool tab)
+{
+    if (tab)
+        return "; lines are indented by blanks, not by tabs";
     static const struct {
         const char *problem, *remedy;
     } known[] = {{"did not find expected key", "; the keys of one mapping begin in the same column"},
@@ -74,13 +87,13 @@ static void complain_syntax(loader *l, const yaml_parser_t *parser, const char *
     const char *problem = parser->problem ? parser->problem : "not readable";
     kmp_place place = parser->error == YAML_READER_ERROR ? place_at(text, length, parser->problem_offset)
                                                          : place_of(parser->problem_mark);
+    const char *remedy = remedy_of(problem, is_indented_by_tab(text, length, (size_t)place.line));
     if (parser->context)
         l->status =
             kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s (%s that begins at line %zu)%s",
-                         problem, parser->context, parser->context_mark.line + 1, remedy_of(problem));
+                         problem, parser->context, parser->context_mark.line + 1, remedy);
     else
-        l->status =
-            kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s%s", problem, remedy_of(problem));
+        l->status = kmp_complain(l->context, l->file, place.line, place.column, "YAML: %s%s", problem, remedy);
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */

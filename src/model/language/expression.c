@@ -8,6 +8,7 @@
 #include "model/language/expression_value.h"
 #include "model/language/limits.h"
 #include "model/language/nearest.h"
+#include <ctype.h>
 #include <math.h>
 #include <string.h>
 
@@ -121,7 +122,10 @@ const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
         do
             length++;
         while (((unsigned char)p->at[length] & 0xc0) == 0x80);
-    return kmp_parse_complain(p, p->at, "%s is expected here, not '%.*s'", wanted, length, p->at);
+    const bool decimal =
+        p->at > p->text && *p->at == ',' && isdigit((unsigned char)p->at[-1]) && isdigit((unsigned char)p->at[1]);
+    return kmp_parse_complain(p, p->at, "%s is expected here, not '%.*s'%s", wanted, length, p->at,
+                              decimal ? KMP_DECIMAL_POINT : "");
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */

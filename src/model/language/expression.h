@@ -265,6 +265,9 @@ int kmp_parse_column(const struct kmp_parser *p, const char *where);
 const kmp_expr *kmp_parse_complain(const struct kmp_parser *p, const char *where, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 const kmp_expr *kmp_parse_wanted(struct kmp_parser *p, const char *wanted);
+
+/** Appended to an error at a comma between digits. */
+#define KMP_DECIMAL_POINT "; a number has a decimal point, as 2.5, and no comma"
 const kmp_expr *kmp_parse_unknown_name(const struct kmp_parser *p, const char *where, const char *name,
                                        kmp_expr_symbol symbol);
 

@@ -135,7 +135,8 @@ kmp_nearest kmp_nearest_of(const char *word, kmp_name_list names)
 void kmp_name_list_print(kmp_text *text, kmp_name_list names, const char *between, const char *last)
 {
     for (int k = 0; k < names.count; k++)
-        kmp_text_printf(text, "%s%s", k == 0 ? "" : k + 1 < names.count ? between : last, kmp_name_at(names, k));
+        if (kmp_name_find(names, kmp_name_at(names, k)) == k)
+            kmp_text_printf(text, "%s%s", k == 0 ? "" : k + 1 < names.count ? between : last, kmp_name_at(names, k));
 }
 
 int kmp_word_find(const char *word, kmp_name_list names, const char *kind, kmp_text *complaint)

@@ -189,12 +189,13 @@ static void read_cut_value(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *n
         kmp_read_number(r, node, kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, number);
 }
 
-/* `power` of s: 0 for coordinates, -1 for rates. */
-static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
-                        bool *given)
+/* `power` of s: 0 for coordinates, -1 for rates. Returns the key that withdraws the value of each motion; NULL: none.
+ */
+static const kmp_yaml **read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power,
+                                    kmp_number *values, bool *given)
 {
     if (!map || !kmp_read_map(r, map, what, NULL))
-        return;
+        return NULL;
     kmp_place *said = KMP_ARENA_NEW(&r->scratch, kmp_place, r->model->motion_count);
     const kmp_yaml **withdrawn = KMP_ARENA_NEW(&r->scratch, const kmp_yaml *, r->model->motion_count);
     for (int i = 0; said && withdrawn && i < map->count; i++) {
@@ -222,6 +223,23 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
         given[motion] = true;
         if (good)
             values[motion] = value;
+    }
+    return withdrawn;
+}
+
+/* A coordinate that a file holds is held, unless a file that includes it withdraws its value. */
+static void hold_listed(kmp_reader *r, const kmp_yaml *list, const kmp_yaml **withdrawn)
+{
+    kmp_start *start = &r->model->start;
+    const bool good = list && kmp_read_list(r, list, "start hold", -1);
+    for (int i = 0; good && i < list->count; i++) {
+        const int motion = kmp_read_motion(r, list->items[i], "start hold");
+        const kmp_yaml *key = motion >= 0 && withdrawn ? withdrawn[motion] : NULL;
+        if (motion < 0 || (key && key->place.file != list->items[i]->place.file))
+            continue;
+        start->hold[motion] = true;
+        if (start->undeformed)
+            start->undeformed[motion] = false;
     }
 }
 
@@ -276,19 +294,10 @@ void kmp_read_start(kmp_reader *r)
         hold_elastic(r, NULL);
         return;
     }
-    read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
-    read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
+    const kmp_yaml **withdrawn = read_values(r, kmp_yaml_get(map, "q"), "start q", 0, start->q, start->q_given);
+    (void)read_values(r, kmp_yaml_get(map, "qd"), "start qd", -1, start->qd, start->qd_given);
     hold_elastic(r, kmp_yaml_get(map, "elastic"));
-    const kmp_yaml *list = kmp_yaml_get(map, "hold");
-    bool good = list && kmp_read_list(r, list, "start hold", -1);
-    for (int i = 0; good && i < list->count; i++) {
-        int motion = kmp_read_motion(r, list->items[i], "start hold");
-        if (motion >= 0) {
-            r->model->start.hold[motion] = true;
-            if (r->model->start.undeformed)
-                r->model->start.undeformed[motion] = false;
-        }
-    }
+    hold_listed(r, kmp_yaml_get(map, "hold"), withdrawn);
     read_goals(r, kmp_yaml_get(map, "goals"));
     read_at(r, kmp_yaml_get(map, "at"));
     if (start->statics && start->goal_count > 0)

@@ -4,6 +4,7 @@
 #include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/read_include.h"
+#include <ctype.h>
 #include <string.h>
 
 /* -- errors -------------------------------------------------------------------------------------- */
@@ -92,9 +93,13 @@ static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, k
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_of(key->text, keys);
-    kmp_text_printf(&sentence, "unknown key '%s' in %s%s", key->text, what, nearest.best ? "" : "; its keys are ");
+    const bool decimals = isdigit((unsigned char)key->text[0]); /* as of "mass: 2,5" within {..} */
+    kmp_text_printf(&sentence, "unknown key '%s' in %s%s", key->text, what,
+                    nearest.best || decimals ? "" : "; its keys are ");
     kmp_nearest_suggest(&nearest, &sentence);
-    if (!nearest.best)
+    if (decimals)
+        kmp_text_put(&sentence, KMP_DECIMAL_POINT);
+    else if (!nearest.best)
         kmp_name_list_print(&sentence, keys, ", ", ", ");
     say(r, key->place, &sentence);
 }
@@ -267,8 +272,9 @@ int kmp_read_choice(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_n
     kmp_text all = {0};
     kmp_nearest nearest = kmp_nearest_of(node->text, words);
     kmp_name_list_print(&all, words, ", ", " or ");
-    kmp_reader_complain_near(r, node->place, &nearest, "%s: %s %s, not '%s'", what, is, kmp_reader_take(r, &all),
-                             node->text);
+    const bool word = node->kind == KMP_YAML_SCALAR && !node->empty;
+    kmp_reader_complain_near(r, node->place, &nearest, "%s: %s %s, not %s%s%s", what, is, kmp_reader_take(r, &all),
+                             word ? "'" : "", word ? node->text : kind_name(node), word ? "'" : "");
     return -1;
 }
 

@@ -242,15 +242,19 @@ static void put_swing(kmp_text *text, const kempe_check *check, int k)
             kmp_text_printf(text, ", with %d reversals", dead);
         return;
     }
-    if (!l->cycle && !s->low_dead && !s->high_dead) {
+    const bool one = s->low_dead != s->high_dead, both = s->low_dead && s->high_dead;
+    const char *which = s->low_dead ? "first" : "second";
+    if (!l->cycle && !both) { /* the search ended on the way to the other end */
         kmp_text_printf(text, "followed from %.6g to %.6g %s", low, high, unit);
+        if (one)
+            kmp_text_printf(text, ", the %s a dead centre", which);
         return;
     }
     kmp_text_printf(text, "oscillates between %.6g and %.6g %s (", low, high, unit);
-    if (s->low_dead && s->high_dead)
+    if (both)
         kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
-    else if (s->low_dead || s->high_dead)
-        kmp_text_printf(text, "the %s a dead centre)", s->low_dead ? "first" : "second");
+    else if (one)
+        kmp_text_printf(text, "the %s a dead centre)", which);
     else
         kmp_text_put(text, "no dead centre)");
 }

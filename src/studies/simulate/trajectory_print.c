@@ -306,19 +306,25 @@ static void show_log(kmp_text *text, const kmp_run_log *log)
     for (int k = 0; k < log->kept && lines < MOST_SHOWN; k++) {
         const kmp_log_entry *entry = &log->entries[k], *last = entry;
         int count = 0, before = 0;
+        double lost = 0; /* energy in impacts */
         for (int i = 0; i < k && !before; i++)
             before = has_words_of(log->entries[i].text, entry->text);
         for (int i = k; i < log->kept && !before; i++)
             if (has_words_of(log->entries[i].text, entry->text)) {
                 last = &log->entries[i];
+                lost += strcmp(last->kind, "impact") == 0 ? last->before - last->after : NAN;
                 count++;
             }
         if (before)
             continue;
         kmp_text line = {0};
         kmp_text_printf(&line, "t = %.6g s: %s", entry->t, entry->text);
-        if (count > 1)
-            kmp_text_printf(&line, "; %d such events, the last at t = %.6g s", count, last->t);
+        if (count > 1) {
+            kmp_text_printf(&line, "; %d such events", count);
+            if (isfinite(lost) && log->count == log->kept)
+                kmp_text_printf(&line, ", together by %.4g J", fabs(lost));
+            kmp_text_printf(&line, ", the last at t = %.6g s", last->t);
+        }
         kmp_print_wrapped(text, label, TEXT_COLUMN + 2, line.s ? line.s : "");
         kmp_text_free_part(text, &line);
         label = "          ";
