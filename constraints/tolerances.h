@@ -182,6 +182,12 @@
 /** A row whose pivot is below this part of the least one before it is not held: at a dead centre, as exactly as events
  * are located. The force that would hold it there is larger by the inverse. */
 #define KMP_FRICTION_RANK 1e-7
+/** Pivots of accelerations by forces of contacts, over the largest, that are zero: rounding of inverse inertia. */
+#define KMP_SHARED_RANK 1e-9
+/** Squares of forces, and of what bodies feel of them, that are rounding of these. */
+#define KMP_SHARED_ROUNDING 1e-11
+/** Least acceleration of slip in place of rest, over the accelerations without friction: above rounding of forces. */
+#define KMP_SHARED_SLIDES 1e-5
 /** Two elements with this relative gap of d_ik^2 to d_ii d_kk have one place, or multiples of it: rounding. */
 #define KMP_FRICTION_ONE_PLACE 1e-12
 /** Relative change of a force at which levels that depend on multipliers fit: some roundings. */

@@ -28,6 +28,10 @@ COLUMN = ("kempe: 1\nbodies:\n  base: {joint: {name: s, prismatic: y, at: ground
           "    flexible: {beam: {length: 1, rhoA: 1, EIz: 10}, shapes: {y: 4}}\n    points: {tip: {station: 1}}\n"
           "forces: {end: {at: rod.tip, force: [P, 0]}}\nstart: S\nrun: {t_end: 0.01}\n")
 MODELS = {
+    "feet": "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {m: 3}\nground: {points: {O: [0, 0, 0]}}\n"
+            "bodies: {b: {joint: {name: j, planar: z, at: ground}, mass: m, inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}}\n"
+            "contacts:\n" + "".join(f"  {name}: {{point: b.{name}, on: {{plane: ground.O, normal: y}}, restitution: 0, friction: {mu}}}\n"
+                                  for name, mu in (("A", 0.1), ("B", 0.5), ("C", 0.1))) + "start: {qd: {j.1: 3}}\nrun: {t_end: 0.2, outputs: [q]}\n",
     "law": "kempe: 1\ntables: {law: {x: [0, 1, 2, 3], y: [0, 1, 4, 4.1]}}\nparameters: {m: 2}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: m}}\n"
            "forces: {f: {joint: x, force: 'law(t)'}}\nrun: {t_end: 6, outputs: [q, qd]}\n",
     "ended": "kempe: 1\ngravity: [0, 0, -10]\nparameters: {m: 1.1}\ntables: {spring: {x: [-0.1, 0.1], y: [10, -10], method: linear, outside: error}}\n"
@@ -111,6 +115,10 @@ PROVOKED = [
     ("KMP_RUN_WOULD_END", "assemble ended.yaml", "s.assemble()"),
     ("lacks the load of '%s' across the plane", "simulate flat.yaml", "m.simulate()"),
     ("depends on a load that redundant constraints share", "simulate hinges.yaml", "m.simulate()"),
+    ("friction makes the motion depend on the %s of redundant", "simulate feet.yaml", "m.simulate()"),
+    ("friction makes the motion depend on the %s of redundant", "sensitivity feet.yaml --parameters m --outputs 'q(j.1)'", "m.sensitivity(parameters='m', outputs='q(j.1)')"),
+    ("redundant contacts in instances", "ensemble feet.yaml --sample m=1:2 --instances 3", "m.ensemble(m.sample('m=1:2', 3)).run()"),
+    ("redundant contacts in instances", "optimize feet.yaml --minimize 'max(q(j.1))' --parameter m:2:4", "m.optimize(minimize='max(q(j.1))', parameters='m:2:4')"),
     ("deflects by %.3g m at t =", "simulate soft.yaml", "m.simulate()"),
     ("deflects by %.3g m at t =", "simulate returns.yaml --output-step 1", "m.simulate(output_step=1)"),
     ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --t-end 0.7", "m.sensitivity(parameters='EI', t_end=0.7)"),

@@ -255,6 +255,27 @@ class Systems(unittest.TestCase):
                 texts = [re.sub(r"\n(method|cpu|\d+ steps)\b.*(\n {4,}\S.*)*", "", self.run_in(system, *words)) for system in ("si", "us")]
                 self.compare_texts(texts, "us", least)
 
+    def test_efforts(self):
+        """The reaction of a row between coordinates is its multiplier, and has its unit; the depth of a stop of a rotation is an angle."""
+        model = self.model("""
+            gravity: [0, -9.81, 0]
+            bodies:
+              arm: {joint: {name: A, revolute: z, at: ground}, mass: 2, com: [0.5, 0, 0], inertia: {zz: 0.1}}
+              slide: {joint: {name: S, prismatic: y, at: ground}, mass: 1}
+              wheel: {joint: {name: W, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.02}}
+            drives: {turn: {joint: A, angle: 0.3*t}, move: {joint: S, displacement: 0.2*t}}
+            loops: {pair: {coupler: {W: 1, A: 3}}}
+            contacts: {stop: {joint: W, lower: -0.01, law: kelvin_voigt, stiffness: 20, damping: 0.3}}
+            run: {t_end: 0.1, outputs: [lambda, reaction(turn), reaction(move), reaction(pair), force(stop)]}""")
+        for system, torque in (("si", "N m"), ("mm", "N mm"), ("us", "lbf in")):
+            self.run_in(system, "simulate", model, "-o", "rows.csv")
+            head, *_, last = csv.reader((self.folder / "rows.csv").read_text().splitlines())
+            row = {column.split(" [")[0]: (column.split(" [")[-1].strip("]"), float(value)) for column, value in zip(head, last)}
+            for name in "turn", "move", "pair":
+                self.assertEqual(row[f"reaction.{name}.x"], row[f"lambda.{name}.1"])
+            self.assertEqual([row[f"force.stop.{name}"][0] for name in ("normal", "depth", "rate")], [torque, "rad", "rad/s"])
+            self.assertAlmostEqual(row["force.stop.depth"][1], 0.08, 12)
+
     def test_refused(self):
         for command, why in (("linearize", "its matrices"), ("generate", "computes in SI"), ("fmu", "are in SI"), ("show", "in SI"), ("view", "in SI")):
             for words in (("--units", "mm"), ("--units=mm",), ("--units",)):

@@ -50,6 +50,7 @@ typedef struct kmp_friction_element {
     bool sides;                    /* its levels depend on the direction */
     int unlimited;                 /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     bool tries;                    /* a message names it */
+    bool shares;                   /* a contact whose force is not unique: shared_contacts.h */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;
     double before; /* its friction at the event */
@@ -64,6 +65,8 @@ typedef struct kmp_friction_past {
     int changes;  /* decisions since then in which modes change */
     long total;   /* changes of modes of all elements in the run */
     bool known;   /* a decision has been made */
+    bool shared;  /* contacts have shared loads, which is reported; so is */
+    bool felt;    /* that the motion has depended on how they share */
 } kmp_friction_past;
 
 struct kmp_friction_run {

@@ -5,6 +5,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/friction/shared_contacts.h"
 #include <math.h>
 #include <string.h>
 
@@ -1141,5 +1142,7 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         e->stopped = 0;
         e->fired = e->turned = false;
     }
+    if (status == 0)
+        kmp_friction_find_shared(x, t);
     return status;
 }

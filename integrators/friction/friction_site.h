@@ -30,10 +30,12 @@ typedef enum kmp_friction_cause {
 
 /* Facts of a decision for the log. */
 typedef enum kmp_friction_fact {
-    KMP_FRICTION_FACT_SEVERAL, /* number: combinations of modes that are possible */
-    KMP_FRICTION_FACT_GROWTH,  /* the level of an element grows so much with friction: number */
-    KMP_FRICTION_FACT_CHANGE,  /* the mode of an element */
-    KMP_FRICTION_FACT_LEFT     /* an element is no longer regularised */
+    KMP_FRICTION_FACT_SEVERAL,        /* number: combinations of modes that are possible */
+    KMP_FRICTION_FACT_GROWTH,         /* the level of an element grows so much with friction: number */
+    KMP_FRICTION_FACT_CHANGE,         /* the mode of an element */
+    KMP_FRICTION_FACT_LEFT,           /* an element is no longer regularised */
+    KMP_FRICTION_FACT_SHARED,         /* contacts share loads; number: 1 if the motion depends on how, 0 if not */
+    KMP_FRICTION_FACT_SHARED_IMPULSES /* contacts share impulses, and the rates depend on how */
 } kmp_friction_fact;
 
 /* Numbers of the motion. */

@@ -2,6 +2,7 @@
 #include "integrators/impact/impact_problem.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
+#include "integrators/friction/shared_contacts.h"
 #include "integrators/impact/impact_inside.h"
 #include <math.h>
 #include <string.h>
@@ -308,16 +309,22 @@ static bool is_last(const kmp_impact_run *p, int k, double since, double least)
     return e > 0 && (e * since < least || (e < 1 && lost < KMP_IMPACT_DEEP * p->deep[p->which[k]]));
 }
 
+/* Rounding of the rate of element k after the impact. */
+static double rate_rounding(const kmp_impact_run *p, int k)
+{
+    double sum = 0;
+    for (int i = 0; i < p->count; i++)
+        sum += fabs(p->d[k + i * p->count] * p->f[i]);
+    return KMP_IMPACT_ROUNDING * sum;
+}
+
 static void note_impacts(kmp_impact_run *p, double t, double gain)
 {
     if (p->site->report_impact)
         p->site->report_impact(self_of(p), p, t, p->site->kinetic(self_of(p), p->before), gain);
     for (int k = 0; k < p->count; k++) {
         kmp_friction_element *e = kmp_impact_element(p, k);
-        double sum = 0;
-        for (int i = 0; i < p->count; i++)
-            sum += fabs(p->d[k + i * p->count] * p->f[i]);
-        e->stopped = p->f[k] != 0 && p->side[k] == 0 && p->e[k] == 0 ? KMP_IMPACT_ROUNDING * sum : 0;
+        e->stopped = p->f[k] != 0 && p->side[k] == 0 && p->e[k] == 0 ? rate_rounding(p, k) : 0;
         if (p->f[k] == 0 || !e->contact)
             continue;
         p->since = fmin(p->since, t - e->last);
@@ -363,6 +370,30 @@ static void end_sequences(kmp_impact_run *p, double t, double rate)
     }
 }
 
+/* Contacts that share impulses are reported where the rates after the impact depend on how. */
+static void find_shared(kmp_impact_run *p, double t)
+{
+    kmp_friction_run *x = p->friction;
+    bool slips = false, felt;
+    for (int k = 0; k < p->count; k++)
+        slips = slips || (p->side[k] != 0 && x->element[p->which[k]].base >= 0);
+    if (!slips || x->past.felt)
+        return;
+    kmp_sharing s = kmp_sharing_begin(p->count, p->d, p->room);
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = &x->element[p->which[k]];
+        const int base = e->base >= 0 ? kmp_sharing_number(e->base, p->count, p->which) : -1;
+        const double rate = p->partner[k] < 0 ? fabs(p->y[k]) : hypot(p->y[k], p->y[p->partner[k]]);
+        if (p->side[k] != 0 && base >= 0)
+            kmp_sharing_follow(&s, k, base,
+                               kmp_sharing_ratio(x, e, p->f, k, base, p->f[base] != 0, rate > 0 ? p->y[k] / rate : 0));
+        else if (p->side[k] == 0 || !(p->y[k] > rate_rounding(p, k)))
+            kmp_sharing_add(&s, k, e->contact && p->f[k] == 0);
+    }
+    if (kmp_sharing_mark(&s, x, p->which, &felt) && felt)
+        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED_IMPULSES, t, felt);
+}
+
 KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain)
 {
     *gain = 0;
@@ -383,6 +414,7 @@ KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *
     *gain = apply(p, qd);
     KMP_FRICTION_TRY(keep_from_gaining(p, t, qd, gain));
     note_impacts(p, t, *gain);
+    find_shared(p, t);
     return 0;
 }
 

@@ -491,9 +491,45 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
+/* Contacts, or ropes, that share loads, of which the motion depends on how if `felt`. */
+static void report_shared(const kmp_runner *run, const char *what, double t, bool felt)
+{
+    static const char *const words = "the %s of redundant %s are not unique, and one solution is shown: %s";
+    const kempe_model *model = run->s->model;
+    const kmp_friction_run *x = run->sticking.friction;
+    kmp_text names = {0};
+    bool shown = false, ropes = true;
+    for (int i = 0; i < x->count; i++)
+        if (x->element[i].shares) {
+            if (felt && !names.length) /* one of them, for the ensemble of this run */
+                atomic_store_explicit(&run->s->left[x->element[i].slot], true, memory_order_relaxed);
+            const char *name = name_of(run, &x->element[i]);
+            ropes = ropes && strcmp(kmp_contact_words_of(model, name).noun, "rope") == 0;
+            kmp_text_printf(&names, "%s'%s'", names.length ? ", " : "", name);
+        }
+    if (names.failed)
+        return;
+    const char *noun = ropes ? "ropes" : "contacts";
+    for (int k = 0; k < model->output_count; k++)
+        shown = shown || kmp_output_has_loads(model, &model->outputs[k]);
+    kmp_run_log_add(run->log, "shared load", t, NAN, NAN, words, what, noun, names.s);
+    if (felt)
+        kmp_doubt(run->s->context,
+                  "friction makes the motion depend on the %s of redundant %s at t = %.9g s, which are not unique: %s. "
+                  "Use fewer of these, or a compliant 'law'",
+                  what, noun, t, names.s);
+    else if (shown)
+        kmp_log(run->s->context, KEMPE_LOG_WARNING, words, what, noun, names.s);
+    kmp_text_free(&names);
+}
+
 static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
     const kmp_runner *run = self;
+    if (fact == KMP_FRICTION_FACT_SHARED || fact == KMP_FRICTION_FACT_SHARED_IMPULSES) {
+        report_shared(run, fact == KMP_FRICTION_FACT_SHARED ? "forces" : "impulses", t, number > 0);
+        return;
+    }
     const kmp_friction_element *e = element < 0 ? NULL : &run->sticking.friction->element[element];
     if (!e) {
         kmp_run_log_add(

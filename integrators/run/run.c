@@ -9,6 +9,7 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/step_control.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/events.h"
 #include "integrators/run/friction_run.h"
@@ -249,17 +250,18 @@ static kempe_status attend(kmp_runner *run)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* Finds the short intervals of the functions of time. A given longest step is the user's. */
+/* Finds the short intervals of the functions of time. A given longest step is another bound, and the remedy where there
+ * are too many of them. */
 static kempe_status find_time_scales(kmp_runner *run)
 {
     const kmp_run_spec *spec = &run->spec;
     run->scales.shortest = run->scales_at_rest.shortest = INFINITY;
-    if (spec->max_step > 0 || !isfinite(spec->t_end))
+    if (!isfinite(spec->t_end))
         return KEMPE_OK;
     const kempe_system *s = run->s;
     KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_SHORT, &run->arena,
                                  &run->scales));
-    kmp_time_scales_doubt(s->context, &run->scales);
+    kmp_time_scales_doubt(s->context, &run->scales, spec->max_step);
     for (int k = 0; k < s->events.count; k++)
         run->events.watch_loads =
             run->events.watch_loads || (s->events.condition[k].late && s->events.condition[k].role == KMP_ROLE_NONE &&
@@ -267,8 +269,8 @@ static kempe_status find_time_scales(kmp_runner *run)
     if (kmp_system_watches_loads(s))
         KMP_TRY(kmp_time_scales_find(s->model, s->parameters, spec->t_start, spec->t_end, KMP_TIMED_ALL, &run->arena,
                                      &run->scales_at_rest));
-    if (isinf(run->scales_at_rest.shortest))
-        kmp_time_scales_doubt(s->context, &run->scales_at_rest);
+    if (spec->max_step > 0 || isinf(run->scales_at_rest.shortest))
+        kmp_time_scales_doubt(s->context, &run->scales_at_rest, spec->max_step);
     return KEMPE_OK;
 }
 
@@ -492,6 +494,10 @@ kempe_status kmp_runner_step(kmp_runner *run)
         run->stops.pace = 0;
     if (status == KEMPE_OK && run->events.tracker)
         status = find_event(run);
+    /* Too little is left behind an event that differs from the end of the run by rounding. */
+    if (status == KEMPE_OK && run->events.here && run->solver->t >= run->spec.t_end &&
+        run->spec.t_end - run->events.t < kmp_step_least(run->spec.t_end))
+        run->events.t = run->spec.t_end;
     if (status == KEMPE_OK)
         status = note_work(run);
     if (status != KEMPE_OK)

@@ -161,6 +161,6 @@ struct kmp_runner {
     bool cut; /* given up for spec.limit_s */
     kmp_runner_bounds bounds;
     kmp_growth growth;
-    kmp_time_scales scales;         /* of the functions of time, unless no step may be longer than spec.max_step */
+    kmp_time_scales scales;         /* of the functions of time */
     kmp_time_scales scales_at_rest; /* of all of them, while friction sticks or a contact is closed, or always: */
 };

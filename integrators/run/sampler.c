@@ -69,7 +69,8 @@ static double end_of_interval(const kmp_runner *run, double t)
 double kmp_runner_limit(const kmp_runner *run, double t)
 {
     double pause = kmp_runner_pause(run);
-    double longest = run->spec.max_step > 0 ? t + run->spec.max_step : end_of_interval(run, t);
+    const double end = end_of_interval(run, t);
+    const double longest = run->spec.max_step > 0 ? fmin(t + run->spec.max_step, end) : end;
     return kmp_last_equal(longest) < pause ? longest : pause;
 }
 

@@ -8,6 +8,8 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"
+#include "model/data/rope.h"
+#include "model/data/tyre.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -20,8 +22,9 @@ enum {
     MOST_HALVINGS = 500000, /* of a study: a second for a short function */
     CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
 };
-/* Part of the largest value of a function by which it may differ from a straight line within half an interval. */
-static const double KNOWN = 0.05;
+/* Part of the range of a function by which it may differ from a straight line within half an interval; and part of its
+ * largest value that is rounding. */
+static const double KNOWN = 0.05, ROUNDED = 1e-9;
 
 /* -- the functions ----------------------------------------------------------------------------------------- */
 
@@ -38,15 +41,23 @@ typedef struct study {
     int ends, halvings;
     long all_halvings; /* of this study's divisions */
     double shortest, longest;
-    double size[MOST]; /* largest values so far */
+    double late;                       /* s, by which the functions act after their time: of signals with a delay */
+    double least[MOST], largest[MOST]; /* values so far */
+    double size[MOST];                 /* their range */
 } study;
 
+static bool has_time(const kmp_expr *e)
+{
+    return kmp_expr_find_named(e, kmp_expr_is_time, NULL);
+}
+
+/* Inputs have separate limits, and pulses that they give are conditions. */
 static bool depends_on_more(const kmp_expr *e, const void *user)
 {
     (void)user;
-    return e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD || e->kind == KMP_EXPR_LAMBDA ||
-           e->kind == KMP_EXPR_UNKNOWN || e->kind == KMP_EXPR_PLACE || e->kind == KMP_EXPR_MEASURE ||
-           e->kind == KMP_EXPR_RATE || e->kind == KMP_EXPR_CUT || e->kind == KMP_EXPR_INPUT;
+    return e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD || e->kind == KMP_EXPR_LAMBDA || e->kind == KMP_EXPR_PLACE ||
+           e->kind == KMP_EXPR_MEASURE || e->kind == KMP_EXPR_RATE || e->kind == KMP_EXPR_CUT ||
+           e->kind == KMP_EXPR_INPUT || (e->kind == KMP_EXPR_UNKNOWN && !(e->unknowns && e->unknowns->count == 0));
 }
 
 /* A function of time that may be short: sums and products of polynomials, sines and cosines are not. */
@@ -56,30 +67,29 @@ static bool may_be_short(const kmp_expr *e, const void *user)
     bool calls = e->kind == KMP_EXPR_CALL && e->function != KMP_FUNCTION_sin && e->function != KMP_FUNCTION_cos &&
                  e->function != KMP_FUNCTION_abs && e->function != KMP_FUNCTION_min &&
                  e->function != KMP_FUNCTION_max && e->function != KMP_FUNCTION_sign && e->function != KMP_FUNCTION_if;
-    bool divides = e->kind == KMP_EXPR_DIV && kmp_expr_has_time(e->b);
+    bool divides = e->kind == KMP_EXPR_DIV && has_time(e->b);
     bool powers = e->kind == KMP_EXPR_POW && !(e->b->kind == KMP_EXPR_NUMBER && e->b->value >= 0 && e->b->value <= 4);
-    return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
+    return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && has_time(e);
 }
 
 /* A function that may jump, by a condition. */
 static bool may_jump(const kmp_expr *e, const void *user)
 {
-    (void)user;
-    return e->kind == KMP_EXPR_LESS ||
-           (e->kind == KMP_EXPR_CALL && (e->function == KMP_FUNCTION_sign || e->function == KMP_FUNCTION_if));
+    return kmp_expr_compares(e, user) || (e->kind == KMP_EXPR_CALL && e->function == KMP_FUNCTION_if);
 }
 
 static bool counts(const study *s, const kmp_expr *e)
 {
-    return kmp_expr_find(e, may_be_short, NULL) || (s->which == KMP_TIMED_ALL && !kmp_expr_find(e, may_jump, NULL));
+    return kmp_expr_find_named(e, may_be_short, NULL) ||
+           (s->which == KMP_TIMED_ALL && !kmp_expr_find_named(e, may_jump, NULL));
 }
 
 /* Adds the largest parts of an expression that depend only on time. */
 static void add(study *s, const kmp_expr *e, const char *name)
 {
-    if (!e || s->count == MOST || !kmp_expr_has_time(e))
+    if (!e || s->count == MOST || !has_time(e))
         return;
-    const bool timed = !kmp_expr_find(e, depends_on_more, NULL);
+    const bool timed = !kmp_expr_find_named(e, depends_on_more, NULL);
     if (timed && (s->which == KMP_TIMED_SHORT || counts(s, e))) {
         if (!counts(s, e) || s->passed++ < s->skipped)
             return;
@@ -103,6 +113,7 @@ static void add_all(study *s)
         add(s, f->effort, f->name);
         add(s, f->holding_effort, f->name);
         add(s, f->sliding, f->name);
+        add(s, f->touch.gap, f->name);
         for (int k = 0; k < 3; k++)
             add(s, f->vector[k], f->name);
     }
@@ -111,6 +122,10 @@ static void add_all(study *s)
         for (int k = 0; k < c->curve_count; k++)
             add(s, c->curve[k], c->name);
     }
+    for (int k = 0; k < m->rope_count; k++)
+        add(s, m->ropes[k].length, m->ropes[k].name);
+    for (int k = 0; k < m->road_count; k++)
+        add(s, m->roads[k].height, m->roads[k].name);
     for (int k = 0; k < m->state_count; k++)
         add(s, kmp_state_rate(m, k), m->states[k].name);
     for (int k = 0; k < m->unknowns_count; k++)
@@ -152,7 +167,11 @@ static void values_at(study *s, const double *parameters, double t, double *valu
     for (int k = 0; k < s->count; k++) {
         kmp_bound bound = kmp_bounds_get(s->bounds, k);
         value[k] = bound.low + (bound.high - bound.low) / 2;
-        s->size[k] = isfinite(value[k]) ? fmax(s->size[k], fabs(value[k])) : s->size[k];
+        if (!isfinite(value[k]))
+            continue;
+        s->least[k] = fmin(s->least[k], value[k]);
+        s->largest[k] = fmax(s->largest[k], value[k]);
+        s->size[k] = fmax(s->largest[k] - s->least[k], ROUNDED * fmax(fabs(s->least[k]), fabs(s->largest[k])));
     }
 }
 
@@ -234,7 +253,8 @@ static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
         return false;
     if (found->count > 0)
         memcpy(end, found->end, (size_t)found->count * sizeof *end);
-    memcpy(end + found->count, s->end, (size_t)s->ends * sizeof *end);
+    for (int k = 0; k < s->ends; k++)
+        end[found->count + k] = s->end[k] + s->late;
     found->end = end;
     found->count += s->ends;
     found->shortest = fmin(found->shortest, s->shortest);
@@ -250,6 +270,12 @@ static bool find_together(study *s, const double *parameters, const double span[
     kmp_program *program = program_of(s);
     s->program = program;
     s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
+    for (int k = 0; k < s->count; k++) {
+        s->least[k] = INFINITY;
+        s->largest[k] = -INFINITY;
+    }
+    for (int k = 0; program && k < program->input_count; k++)
+        found->varies = found->varies || program->input[k].kind != KMP_IN_TIME;
     s->aside = &aside;
     if (s->bounds) {
         /* Twice where the first division has found values that are much larger than those before it. */
@@ -279,6 +305,22 @@ static bool find_together(study *s, const double *parameters, const double span[
     return made;
 }
 
+/* Finds the intervals of a signal of time with a delay, where it is recorded and where it acts. False: no memory. */
+static bool find_delayed(const kempe_model *model, const kmp_state *state, const double *parameters,
+                         const double span[2], kmp_arena *arena, kmp_time_scales *found)
+{
+    const double late[2] = {0, kmp_number_at(&state->delay, parameters)};
+    bool made = true;
+    for (int k = 0; k < 2 && made; k++) {
+        const double times[2] = {span[0], span[1] - late[k]};
+        study s = {.model = model, .which = KMP_TIMED_SHORT, .late = late[k]};
+        add(&s, state->delayed, state->name);
+        if (s.count > 0 && times[1] > times[0])
+            made = find_together(&s, parameters, times, arena, found);
+    }
+    return made;
+}
+
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
                                   kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found)
 {
@@ -290,13 +332,19 @@ kempe_status kmp_time_scales_find(const kempe_model *model, const double *parame
         count = s.count;
         made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
     }
+    for (int k = 0; k < model->state_count && made && to > from; k++)
+        made = find_delayed(model, &model->states[k], parameters, (const double[]){from, to}, arena, found);
     return kmp_made(model->context, made);
 }
 
-bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales)
+bool kmp_time_scales_doubt(kempe_context *context, kmp_time_scales *scales, double max_step)
 {
     if (!scales->open)
         return false;
+    if (max_step > 0) {
+        *scales = (kmp_time_scales){.shortest = INFINITY, .varies = scales->varies};
+        return false;
+    }
     const char *more = scales->open_count > 1 ? ", .." : "";
     if (isinf(scales->shortest))
         kmp_doubt(context,
@@ -338,6 +386,26 @@ double kmp_time_scales_shortest(const kempe_model *model)
                                    watches_loads(model) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
     kmp_arena_free(&aside);
     return isfinite(scales.shortest) ? scales.shortest : 0;
+}
+
+static bool is_parameter(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_PARAMETER;
+}
+
+const char *kmp_time_scales_varying(const kempe_model *model)
+{
+    int count = MOST;
+    for (int skipped = 0; count == MOST; skipped += count) {
+        study s = {.model = model, .which = KMP_TIMED_SHORT, .skipped = skipped};
+        add_all(&s);
+        count = s.count;
+        for (int k = 0; k < count; k++)
+            if (kmp_expr_find(s.function[k], is_parameter, NULL))
+                return s.name[k];
+    }
+    return NULL;
 }
 
 double kmp_time_scales_end(const kmp_time_scales *scales, double t)

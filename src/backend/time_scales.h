@@ -7,6 +7,7 @@
 
 #include "base/arena.h"
 #include <kempe/kempe.h>
+#include <stdbool.h>
 
 /** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
 typedef struct kmp_time_scales {
@@ -16,6 +17,7 @@ typedef struct kmp_time_scales {
     const char *open; /* of a function with too many short intervals: where it is; NULL: there is none */
     int open_count;   /* functions that were studied together with it, itself among them */
     long halvings;    /* of intervals, in all */
+    bool varies;      /* some functions depend on parameters that may vary */
 } kmp_time_scales;
 
 /** The functions whose intervals are found: functions that may have short ones, where some are much shorter than
@@ -28,11 +30,16 @@ typedef enum kmp_timed_functions { KMP_TIMED_SHORT, KMP_TIMED_ALL } kmp_timed_fu
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
                                   kmp_timed_functions which, kmp_arena *arena, kmp_time_scales *found);
 
-/** Doubts the result where functions have too many short intervals; true if it does. */
-bool kmp_time_scales_doubt(kempe_context *context, const kmp_time_scales *scales);
+/** Doubts the result where functions have too many short intervals; true if it does. With a longest step that the user
+ * gives, `max_step` > 0, it does not, and forgets these intervals. */
+bool kmp_time_scales_doubt(kempe_context *context, kmp_time_scales *scales, double max_step);
 
 /** The shortest interval of a run of the model as it is; 0: steps need no limit. */
 double kmp_time_scales_shortest(const kempe_model *model);
+
+/** The name of a force, closure or state with a function of time that may have a short pulse, whose width depends on
+ * parameters; NULL: there is none. */
+const char *kmp_time_scales_varying(const kempe_model *model);
 
 /** The end of the interval in which a step from t begins; INFINITY: there is none. */
 double kmp_time_scales_end(const kmp_time_scales *scales, double t);

@@ -105,9 +105,8 @@ static void offer_number(kmp_length_scale *best, const kmp_number *number)
     offer(best, along, NULL);
 }
 
-/* A start value that is small against the largest radius of gyration is not a size of the mechanism: the radius is
- * taken in its place. */
-static void offer_gyration(kmp_length_scale *best, const kempe_model *model)
+/* The largest radius of gyration; its length is 0 where no body has inertia. */
+static kmp_length_scale largest_gyration(const kempe_model *model)
 {
     kmp_length_scale found = {0};
     for (int b = 1; b < model->body_count; b++)
@@ -117,8 +116,7 @@ static void offer_gyration(kmp_length_scale *best, const kempe_model *model)
             if (square > found.length * found.length)
                 found = (kmp_length_scale){.length = sqrt(square), .body = b, .axis = k};
         }
-    if (best->length > 0 && best->length < KMP_START_IS_SMALL * found.length)
-        *best = found;
+    return found;
 }
 
 kmp_length_scale kmp_system_length_scale(const kempe_model *model)
@@ -139,14 +137,21 @@ kmp_length_scale kmp_system_length_scale(const kempe_model *model)
     for (int k = 0; !found_any && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
             offer_number(&best, &model->start.q[k]);
-    if (!found_any)
-        offer_gyration(&best, model);
+    /* A start value that is small against the largest radius of gyration is not a size of the mechanism. */
+    const kmp_length_scale gyration = found_any ? (kmp_length_scale){0} : largest_gyration(model);
+    if (best.length > 0 && best.length < KMP_START_IS_SMALL * gyration.length)
+        best = gyration;
     found_any = best.length > 0;
     for (int b = 1; !found_any && b < model->body_count; b++) {
         offer(&best, model->bodies[b].com, NULL);
         found_any = best.length > 0;
     }
-    return best;
+    for (int f = 0; !found_any && f < model->flexible_count; f++)
+        offer_number(&best, model->flexibles[f].length);
+    bool slides = false;
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
+        slides = slides || !model->motions[k].rotation;
+    return best.length > 0 || slides ? best : gyration;
 }
 
 double kmp_system_length(const kempe_model *model)

@@ -172,7 +172,8 @@ double kmp_closure_tolerance(const kempe_model *model);
 
 /** The characteristic length's source: the largest of the offsets of joints and closure points in their bodies and
  * lengths of rods. Without these the largest start value of translations, or the largest radius of gyration where that
- * is much longer; else the largest offset of centres of mass.
+ * is much longer; else the largest offset of centres of mass or the largest length of flexible bodies. The largest
+ * radius of gyration counts after these where all coordinates are rotations.
  * The length is 0 where all are 0: then it is 1 m. */
 kmp_length_scale kmp_system_length_scale(const kempe_model *model);
 

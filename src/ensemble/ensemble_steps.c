@@ -109,7 +109,7 @@ static const char *obstacle(const kempe_ensemble_stepper *s, const kmp_engine *e
 /* Makes the engine of a part, and begins its run. */
 static kempe_status make_engine(kempe_ensemble_stepper *s, ensemble_part *p, const kempe_run_options *run, int lanes)
 {
-    bool open;
+    bool open, varies;
     p->whole = s;
     KMP_TRY(kmp_engine_new(s->model, 0, NULL, p != s->part, &p->engine));
     const kempe_system *system = p->engine->s;
@@ -119,7 +119,7 @@ static kempe_status make_engine(kempe_ensemble_stepper *s, ensemble_part *p, con
         s->spec.threads = 0;
         s->in_lanes = s->spec;
         s->in_lanes.open_integrator = false;
-        KMP_TRY(kmp_ensemble_limit_steps(system, &s->in_lanes, &open));
+        KMP_TRY(kmp_ensemble_limit_steps(system, &s->in_lanes, &open, &varies));
     }
     const kmp_ensemble_execution execution = {.width = kmp_ensemble_width(system, lanes > 0 ? lanes : 0, p->count, 1),
                                               .alone = lanes < 0};

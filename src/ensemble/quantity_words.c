@@ -817,6 +817,8 @@ static kempe_status add_limit(reading *r, part item)
     kmp_quantity_limit *limit = &list->limit[list->limit_count++];
     *limit = (kmp_quantity_limit){
         .text = copy_of(r, item), .value = value, .sign = item.s[sign] == '<' ? 1 : -1, .or_equal = or_equal};
+    for (int k = 0; k < list->run.count; k++)
+        limit->whole = limit->whole || (r->of[k].kind == KMP_TAKE_COUNT && r->of[k].first_value == value);
     return kmp_made(r->context, limit->text != NULL);
 }
 
@@ -840,6 +842,19 @@ bool kmp_limit_holds(const kmp_quantity_limit *limit, double value)
 {
     double over = limit->sign * (value - limit->bound);
     return limit->or_equal ? over <= 0 : over < 0;
+}
+
+double kmp_limit_size(const kmp_quantity_limit *limit)
+{
+    return limit->bound != 0 ? fabs(limit->bound) : 1;
+}
+
+double kmp_limit_excess(const kmp_quantity_limit *limit, double value)
+{
+    double bound = limit->sign * limit->bound;
+    if (limit->whole && !limit->or_equal)
+        bound = ceil(bound) - 1;
+    return (limit->sign * value - bound) / kmp_limit_size(limit);
 }
 
 /* -- all ---------------------------------------------------------------------------------------------- */

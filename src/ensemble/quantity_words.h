@@ -11,6 +11,7 @@ typedef struct kmp_quantity_limit {
     int value; /* its number among the values */
     double sign, bound;
     bool or_equal;
+    bool whole; /* of a count */
 } kmp_quantity_limit;
 
 typedef struct kmp_quantity_list {
@@ -35,3 +36,8 @@ void kmp_quantity_list_free(kmp_quantity_list *list);
 
 /** True if a value is within a limit. */
 bool kmp_limit_holds(const kmp_quantity_limit *limit, double value);
+
+/** The size of a limit, its bound or 1 where that is 0; and the part of it by which a value is beyond the limit, not
+ * positive within it. The bound itself counts as within, but for a count, which is then the next whole number. */
+double kmp_limit_size(const kmp_quantity_limit *limit);
+double kmp_limit_excess(const kmp_quantity_limit *limit, double value);

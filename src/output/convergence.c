@@ -32,6 +32,8 @@
 #define NEAR    1e2
 #define NEAREST 1e-4
 #define REST    1e3
+/* A range that may be rounding of coordinates of the size 1. */
+#define ROUNDED 1e-14
 /* Differences to a finer run where conditions change during it. An integrator restarts after each, a multistep method
  * at order one, and grazing a condition amplifies errors. More than a hundred is reported; the difference lacks the
  * finer run's own error, which is larger with a multistep method. */
@@ -471,9 +473,13 @@ static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *sp
 }
 
 /* A difference that is seen: a part of the range of the run, where an angle is seen within its turn. The tolerances
- * promise no less than NEAR, nor a motion that is no longer than REST, which is judged by its size. */
-static double visible_of(double range, double size, const kmp_run_spec *spec)
+ * promise no less than NEAR, nor a motion that is no longer than REST, which is judged by its size. `known`
+ * false: the model has no size, and any motion beyond rounding is judged by its range, for which a tolerance of
+ * nanometres may be coarse. */
+static double visible_of(double range, double size, bool known, const kmp_run_spec *spec)
 {
+    if (!known && range > ROUNDED * size)
+        return KMP_VISIBLE * range;
     if (range <= fmin(REST * spec->atol, KMP_VISIBLE) * size)
         return fmin(PROMISED * spec->rtol, KMP_VISIBLE) * size;
     return fmax(KMP_VISIBLE * range, fmin(NEAR * spec->atol, NEAREST) * size);
@@ -482,6 +488,7 @@ static double visible_of(double range, double size, const kmp_run_spec *spec)
 static void find_visible(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
                          double *visible)
 {
+    const bool lengths = kmp_system_length_scale(system->model).length > 0;
     for (int k = 0; k < system->n; k++) {
         bool state = k >= kmp_model_coordinates(system->model),
              angle = !state && kmp_model_motion(system->model, k)->rotation;
@@ -491,7 +498,8 @@ static void find_visible(const kempe_system *system, const kmp_run_spec *spec, c
             low = fmin(low, x);
             high = fmax(high, x);
         }
-        visible[k] = visible_of(angle ? fmin(high - low, 2 * acos(-1)) : high - low, system->scale[k], spec);
+        visible[k] = visible_of(angle ? fmin(high - low, 2 * acos(-1)) : high - low, system->scale[k],
+                                lengths || angle || state, spec);
     }
 }
 

@@ -42,13 +42,11 @@ const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity,
 const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k)
 {
     static const char *const rotation[] = {"rad", "rad/s", "rad/s^2"}, *const slide[] = {"m", "m/s", "m/s^2"};
-    static const char *const multiplier[] = {"N m", "N", "N/m"}; /* energy over the unit of the row */
     if (quantity == KMP_QUANTITY_STATE || (quantity != KMP_QUANTITY_LAMBDA && kmp_state_of(system->model, k)))
         return "";
     if (quantity != KMP_QUANTITY_LAMBDA)
         return system->model->motions[k].rotation ? rotation[quantity] : slide[quantity];
-    int power = system->rows[k].length_power;
-    return power >= 0 && power <= 2 ? multiplier[power] : "";
+    return kmp_multiplier_unit(system->rows[k].length_power);
 }
 
 /* -- rows ---------------------------------------------------------------------------------------------- */

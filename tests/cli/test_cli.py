@@ -2317,6 +2317,14 @@ run: {t_end: 1}
         self.assertEqual(re.findall("input '(.)': a generated simulator does not have its samples", said), ["u"])
         self.assertEqual(self.expect(0, "generate", model, "--lang", "c", "-o", self.folder).stderr, "")
 
+    def test_pulses_of_parameters_in_simulators(self):
+        """The longest step of exported code belongs to the present parameters: functions of time whose pulses depend on them are named."""
+        for law, named in (("exp(-((t - 2)/w)^2)", ["f"]), ("exp(-((t - 2)/0.1)^2)*w", []), ("w*sin(t)", [])):
+            model = self.model("kempe: 1\nparameters: {w: 0.1}\nbodies: {a: {joint: {name: X, prismatic: x, at: ground}, mass: 1}}\n"
+                               f"forces: {{f: {{joint: X, force: '{law}'}}}}\nrun: {{t_end: 4}}\n")
+            said = self.expect(0, "generate", model, "--lang", "c", "--simulator", "-o", self.folder).stderr
+            self.assertEqual(re.findall("'(.)': a generated simulator finds pulses", said), named)
+
     def test_pulses_in_lanes_and_simulators(self):
         """The impulse of a pulse of 10 ms in a run of 10 s is the root of pi, wherever it is; a simulator has a longest step."""
         text = """
@@ -2765,6 +2773,17 @@ class Resume(Case):
                 self.assertTrue(right(float(found[2])) < 0 and float(found[2]) < to, found[0])
         for law in 'force: "0.5*(1 - cos(4*t))"', 'force: "0.5*abs(sin(4*t))"', 'force: "0.5*sin(4*t)^2*qd(X)^2"':
             self.assertEqual(self.expect(0, "simulate", self.model(model.format(law))).stderr, "", law)
+
+    def test_forces_of_redundant_contacts(self):
+        """Three feet in a plane have forces that are not unique: the log says so, and a warning where an output has them; two feet have unique ones."""
+        text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {{points: {{O: [0, 0, 0]}}}}\nbodies: {{b: {{joint: {{name: j, planar: z, at: ground}}, mass: 3, "
+                "inertia: {{zz: 0.1}}, points: {{A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}}}}}\ncontacts:\n{}run: {{t_end: 0.1, outputs: [q{}]}}\n")
+        foot = "  {0}: {{point: b.{0}, on: {{plane: ground.O, normal: y}}, restitution: 0}}\n"
+        words = "the forces of redundant contacts are not unique, and one solution is shown: 'A', 'B', 'C'"
+        for feet, output, warned, logged in (("ABC", "", 0, 1), ("ABC", ", force(A)", 1, 1), ("AC", ", force(A)", 0, 0)):
+            done = self.expect(0, "simulate", self.model(text.format("".join(map(foot.format, feet)), output)), "--json", "-")
+            self.assertEqual(done.stderr.count(words), warned)
+            self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
     def test_friction_by_a_load_that_is_not_unique(self):
         """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""

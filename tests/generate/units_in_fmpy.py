@@ -739,13 +739,28 @@ run: {t_end: 1}
 """
 
 
+FEET = """kempe: 1
+gravity: [0, -9.81, 0]
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  b: {joint: {name: j, planar: z, at: ground}, mass: 3, inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}
+contacts:
+  A: {point: b.A, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.1}
+  B: {point: b.B, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.5}
+  C: {point: b.C, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.1}
+start: {qd: {j.1: 3}}
+run: {t_end: 1}
+"""
+DOUBTS = {"leaves": (LEAVES, "beyond"), "pushes": (PUSHES, "it would push"), "feet": (FEET, "redundant contacts")}
+
+
 def check_doubts(kempe, folder, has_library):
-    """A unit warns, once, that its motion leaves a table, or that an input makes friction push: a run is then not to be trusted."""
-    (folder / "leaves.yaml").write_text(LEAVES)
-    (folder / "pushes.yaml").write_text(PUSHES)
+    """A unit warns, once, that its motion leaves a table, that an input makes friction push, or that redundant contacts leave the motion open: a run is then
+    not to be trusted."""
     for fmi in (2, 3):
         for options in ((), ("--binary",))[:1 + has_library]:
-            for model in "leaves", "pushes":
+            for model, (text, word) in DOUBTS.items():
+                (folder / f"{model}.yaml").write_text(text)
                 file = folder / f"{model}{fmi}{len(options)}.fmu"
                 subprocess.run([kempe, "fmu", folder / f"{model}.yaml", "-o", file, "--fmi", str(fmi), "--quiet", *options,
                                 *(() if options or FULL else ("--compiler", quick_compiler(folder)))], check=True, stdout=subprocess.DEVNULL)
@@ -755,10 +770,10 @@ def check_doubts(kempe, folder, has_library):
                     if model == "pushes":
                         unit.set(instance, [unit.reference["level"]], [-0.3 if k == 2 else 0.1])
                     instance.doStep(0.1 * k, 0.1)
-                    told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
-                    check(len(told) == (model == "leaves" or k >= 2), file.name, "does not say once why it is not to be trusted", k, unit.said)
+                    told = [line for line in unit.said if word in line]
+                    check(len(told) == (model != "pushes" or k >= 2), file.name, "does not say once why it is not to be trusted", k, unit.said)
                 instance.freeInstance()
-                if options:
+                if options or model == "feet":
                     continue
                 unit.said.clear()
                 instance = unit.started("me")
@@ -768,7 +783,7 @@ def check_doubts(kempe, folder, has_library):
                 for k in range(3):
                     instance.setTime(0.02 * k)
                     instance.completedIntegratorStep()
-                told = [line for line in unit.said if ("it would push" if model == "pushes" else "beyond") in line]
+                told = [line for line in unit.said if word in line]
                 check(len(told) == 1, file.name, "does not say once at steps of the importer why it is not to be trusted", unit.said)
                 instance.freeInstance()
 

@@ -286,6 +286,70 @@ static void a_structure_at_rest_keeps_silent(void)
     close_scene(&s);
 }
 
+/* A mass on a spring that a force shakes, in a model without any length. A motion of nanometres may be coarser than the
+ * tolerances of metres: it is right, or not trusted. */
+static void a_motion_without_lengths_is_judged_by_its_range(void)
+{
+    const double k = 1, m = 1e-9, w = 2e4, own = sqrt(k / m);
+    int trusted = 0;
+    for (int power = 0; power >= -15; power -= 3)
+        for (int fine = 0; fine < 2; fine++) {
+            char text[400];
+            const double force = pow(10, power), size = force / (k - m * w * w);
+            snprintf(text, sizeof text,
+                     "kempe: 1\nname: shaken\nbodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: %g}}\n"
+                     "forces: {k: {joint: x, spring: {stiffness: %g}}, f: {joint: x, force: \"%g*sin(%g*t)\"}}\n"
+                     "run: {t_end: 0.01}\n",
+                     m, k, force, w);
+            scene s;
+            open_scene(&s, text, NULL);
+            kempe_trajectory *trajectory = NULL;
+            kempe_run_options options = {.atol = fine ? 1e-9 * force : 0};
+            kempe_status status = run(&s, &options, &trajectory);
+            CHECK(status == (s.warnings > 0 ? KEMPE_UNTRUSTED : KEMPE_OK) && (!fine || status == KEMPE_OK));
+            trusted += status == KEMPE_OK;
+            double error = 0;
+            for (int row = 0; row < kempe_trajectory_row_count(trajectory); row++) {
+                const double t = kempe_trajectory_time(trajectory, row);
+                const double x = size * (sin(w * t) - w / own * sin(own * t));
+                error = fmax(error, fabs(kempe_trajectory_q(trajectory, row)[0] - x));
+            }
+            CHECK(status == KEMPE_UNTRUSTED || error <= 1e-3 * size);
+            kempe_trajectory_free(trajectory);
+            close_scene(&s);
+        }
+    CHECK(trusted > 6);
+}
+
+/* Two gear wheels with play: their size follows from their inertia, at any scale. */
+static void the_size_of_rotors_follows_from_their_inertia(void)
+{
+    double angle[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        char text[900];
+        const double size = pow(10, -4.5 * k), mass = size * size * size, inertia = mass * size * size;
+        snprintf(text, sizeof text,
+                 "kempe: 1\nname: wheels\nground: {points: {O: [0, 0, 0], P: [%.17g, 0, 0]}}\nbodies:\n"
+                 "  a: {joint: {revolute: z, at: ground.O}, mass: %.17g, inertia: {zz: %.17g}}\n"
+                 "  b: {joint: {revolute: z, at: ground.P}, mass: %.17g, inertia: {zz: %.17g}}\n"
+                 "gears: {g: {between: [a, b], radius: [%.17g, %.17g], backlash: %.17g, restitution: 0.4}}\n"
+                 "forces: {m: {joint: a, torque: \"%.17g*sin(20*t)\"}, l: {joint: b, torque: \"-%.17g*qd(b)\"}}\n"
+                 "run: {t_end: 1, rtol: 1e-10}\n",
+                 0.3 * size, mass, 0.02 * inertia, mass, 0.05 * inertia, 0.1 * size, 0.2 * size, 1e-3 * size, inertia,
+                 0.1 * inertia);
+        scene s;
+        open_scene(&s, text, NULL);
+        kempe_trajectory *trajectory = NULL;
+        kempe_run_options options = {0};
+        CHECK(run(&s, &options, &trajectory) == KEMPE_OK);
+        angle[k] = trajectory ? kempe_trajectory_q(trajectory, kempe_trajectory_row_count(trajectory) - 1)[0] : 0;
+        kempe_trajectory_free(trajectory);
+        close_scene(&s);
+    }
+    CHECK_NEAR(angle[1], angle[0], 1e-8);
+    CHECK_NEAR(angle[2], angle[0], 1e-8);
+}
+
 /* -- parts of a run ---------------------------------------------------------------------------------- */
 
 /* Number after a key of the convergence check, 0 where there is none. */
@@ -388,5 +452,7 @@ int main(void)
     TEST(rounding_refuses_no_step);
     TEST(a_rod_across_is_named);
     TEST(a_structure_at_rest_keeps_silent);
+    TEST(a_motion_without_lengths_is_judged_by_its_range);
+    TEST(the_size_of_rotors_follows_from_their_inertia);
     return check_report();
 }

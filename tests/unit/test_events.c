@@ -563,8 +563,32 @@ static void sliding_from_rest_is_named(void)
     unload(&s);
 }
 
+/* A kink, and a condition, that differ from the end of the run by rounding. */
+static void kinks_at_the_end(void)
+{
+    static const char *const laws[] = {"max(y - e, 0)", "abs(y - e)", "min(y, e)", "max(q(b) - e, 0)",
+                                       "if(y > e, 1, 0)"};
+    static const double ends[] = {0.1, 0.7, 1, 2, 3, 7.3};
+    for (size_t k = 0; k < sizeof laws / sizeof *laws; k++)
+        for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+            char text[512];
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\nstates: {y: {rate: 1}}\nbodies:\n"
+                           "  a: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                           "  b: {joint: {prismatic: x, at: ground}, mass: 1}\nstart: {qd: {b: 1}}\n"
+                           "parameters: {e: %g}\nforces: {f: {joint: a, force: \"%s\"}}\nrun: {t_end: %g}\n",
+                           ends[i], laws[k], ends[i]);
+            loaded s = load_text(text);
+            kempe_trajectory *trajectory = NULL;
+            CHECK(s.system && kempe_simulate(s.system, &(kempe_run_options){0}, &trajectory) == KEMPE_OK);
+            kempe_trajectory_free(trajectory);
+            unload(&s);
+        }
+}
+
 int main(void)
 {
+    TEST(kinks_at_the_end);
     TEST(a_mass_bounces);
     TEST(every_way_bounces);
     TEST(location_is_what_does_it);

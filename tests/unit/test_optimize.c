@@ -411,11 +411,37 @@ static void threads_change_nothing(void)
     unload(&l);
 }
 
+/* A count below 1 is 0: one that is 1 is not within the limit. */
+static void counts_are_whole(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "parameters: {v: 16}\n"
+                         "bodies: {ball: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "start: {qd: {x: v}}\nrun: {t_end: 1}\n");
+    const struct {
+        const char *limit;
+        kempe_status status;
+    } cases[] = {{"count(q(x) > 10) < 1", KEMPE_UNTRUSTED},
+                 {"count(q(x) > 10) > 1", KEMPE_UNTRUSTED},
+                 {"count(q(x) > 10) < 1.5", KEMPE_OK},
+                 {"count(q(x) > 10) <= 1", KEMPE_OK},
+                 {"count(q(x) > 10) >= 1", KEMPE_OK}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        kempe_optimum *o = NULL;
+        const kempe_optimum_options options = {
+            .minimize = "q(x)", .limits = cases[k].limit, .parameters = "v:15:20", .method = "values"};
+        CHECK(kempe_optimum_new(l.model, &options, &o) == cases[k].status);
+        kempe_optimum_free(o);
+    }
+    unload(&l);
+}
+
 int main(void)
 {
     if (!kmp_minimum_available)
         return 0;
     TEST(finds_a_spring);
+    TEST(counts_are_whole);
     TEST(turns_within_steps);
     TEST(slopes_are_exact);
     TEST(slopes_of_integrals_are_exact);

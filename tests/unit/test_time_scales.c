@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: ensemble */
 /* Pulses in functions of time and of the motion, much shorter than the steps of a calm motion: the impulse is that of
  * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
 #include "base/memory.h"
+#include "instances.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
@@ -38,13 +40,14 @@ static const struct {
             {"reduced", "radau9"}, {"reduced", "bdf"},    {"reduced", "adams"}, {"reduced", "erk"},
             {"reduced", "dirk"},   {"projected", NULL},   {"dae", "ida"},       {"dae", "radau"}};
 
-/* The rate of the slider at the end of a run in one of the ways. */
-static double rate_of(const loaded *l, size_t way, double end)
+/* The rate of the slider at the end of a run in one of the ways; `longest`: its longest step, 0: any. */
+static double rate_of(const loaded *l, size_t way, double end, double longest)
 {
     kmp_run_report report = {0};
     kmp_run_spec spec = {.formulation = ways[way].formulation,
                          .integrator = ways[way].integrator,
                          .rtol = 1e-9,
+                         .max_step = longest,
                          .t_end = end,
                          .time_count = 1,
                          .times = &end};
@@ -69,7 +72,7 @@ static void impulses(void)
     for (size_t k = 0; k < sizeof pulses / sizeof *pulses; k++) {
         loaded l = pulsed(pulses[k].force);
         for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
-            CHECK_NEAR(rate_of(&l, i, 10), pulses[k].impulse, 2e-6);
+            CHECK_NEAR(rate_of(&l, i, 10, i % 2 ? 20 : 0), pulses[k].impulse, 2e-6); /* 20 is no limit */
         unload(&l);
     }
 }
@@ -98,7 +101,7 @@ static void hills(void)
                        cases[k].law, cases[k].start);
         loaded l = load_text(text);
         for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
-            CHECK_NEAR(rate_of(&l, i, cases[k].end), cases[k].rate, 4e-6);
+            CHECK_NEAR(rate_of(&l, i, cases[k].end, 0), cases[k].rate, 4e-6);
         unload(&l);
     }
 }
@@ -127,6 +130,80 @@ static void ends(void)
     CHECK(kmp_time_scales_end(&scales, 5.0123) < 5.0123 + 0.02);
     CHECK(isinf(kmp_time_scales_end(&scales, 10)));
     kmp_arena_free(&arena);
+    unload(&l);
+}
+
+/* Of all functions, those that jump at a comparison have no interval of the size of the jump. */
+static void jumps_have_no_interval(void)
+{
+    static const char *const forces[] = {"if(t < c, 1, sin(t))",  "if(t <= c, 1, sin(t))", "if(t > c, 1, sin(t))",
+                                         "if(t >= c, 1, sin(t))", "sin(t)*sign(t - c)",    "q(x)*if(t > c, 1, 2)"};
+    const double parameters[] = {5.0123, 0.01};
+    for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
+        loaded l = pulsed(forces[k]);
+        kmp_time_scales scales;
+        kmp_arena arena = {0};
+        CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, KMP_TIMED_ALL, &arena, &scales) == KEMPE_OK);
+        CHECK(scales.shortest > 0.01);
+        kmp_arena_free(&arena);
+        unload(&l);
+    }
+}
+
+/* Pulses of functions of time that have a name, of signals with a delay, and of inputs that
+ * pass a place. */
+static void pulses_elsewhere(void)
+{
+    static const struct {
+        const char *parts, *law;
+        double impulse; /* over the root of pi */
+    } cases[] = {{"algebraic: {z: t - 5.03}\n", "exp(-(z/w)^2)/w", 1},
+                 {"algebraic: {y: t - 5.03, z: y/w}\n", "exp(-z^2)/w", 1},
+                 {"states: {v: {delay: 'exp(-((t - 5.03)/w)^2)/w', time: 2}}\n", "v", 1},
+                 {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\n", "exp(-(u/w)^2)/w", 10 / 2.03},
+                 {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\nalgebraic: {z: u/w}\n", "exp(-z^2)/w",
+                  10 / 2.03}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nparameters: {w: 0.001}\n%sbodies: {a: {joint: {name: x, prismatic: x, at: ground}, "
+                       "mass: 1}}\nforces: {f: {joint: x, force: \"%s\"}}\nrun: {t_end: 10}\n",
+                       cases[k].parts, cases[k].law);
+        loaded l = load_text(text);
+        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
+            CHECK_NEAR(rate_of(&l, i, 10, 0), sqrt(acos(-1)) * cases[k].impulse, 1e-3);
+        unload(&l);
+    }
+}
+
+/* The length of a rope that is shorter for some milliseconds. */
+static void a_rope_is_pulled(void)
+{
+    loaded l =
+        load_text("kempe: 1\nparameters: {w: 0.001}\nground: {points: {Q: [-1, 0, 0]}}\n"
+                  "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1e6, points: {P: [0, 0, 0]}}}\n"
+                  "ropes: {r: {along: [ground.Q, a.P], length: '1 - 0.01*exp(-((t - 5.03)/w)^2)', stiffness: 1e6}}\n"
+                  "run: {t_end: 10}\n");
+    for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
+        CHECK_NEAR(rate_of(&l, i, 10, 0), -1e4 * 0.001 * sqrt(acos(-1)) / 1e6, 1e-8);
+    unload(&l);
+}
+
+/* Instances whose pulses are much narrower than the pulse of the model: each has its impulse. */
+static void pulses_of_instances(void)
+{
+    const double width[] = {1, 0.1, 0.01, 0.001, 1, 0.05};
+    enum { WIDTHS = sizeof width / sizeof *width };
+    static const char *const names[] = {"w"};
+    loaded l = load_text("kempe: 1\nparameters: {c: 5.0123, w: 1}\n"
+                         "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: x, force: \"exp(-((t - c)/w)^2)/w\"}}\nrun: {t_end: 10}\n");
+    for (int lanes = -1; lanes <= 4; lanes += lanes < 0 ? 2 : 3) {
+        instances all = run_instances(&l, lanes, 1, names, WIDTHS, width);
+        for (int k = 0; k < WIDTHS; k++)
+            CHECK_NEAR(end_rate(&all, k, 0), sqrt(acos(-1)), 1e-7);
+        free_instances(&all);
+    }
     unload(&l);
 }
 
@@ -179,6 +256,10 @@ int main(void)
     TEST(impulses);
     TEST(hills);
     TEST(no_pulses);
+    TEST(jumps_have_no_interval);
+    TEST(pulses_elsewhere);
+    TEST(a_rope_is_pulled);
+    TEST(pulses_of_instances);
     TEST(ends);
     TEST(many_functions);
     TEST(searches_end);

@@ -217,7 +217,11 @@ void kmp_tree_watch_pulse(const kmp_tree *tree, const kmp_expr *e, kmp_ref a)
     const unsigned state = 1u << KMP_IN_Q | 1u << KMP_IN_QD;
     const bool falls = e->function == KMP_FUNCTION_exp || e->function == KMP_FUNCTION_cosh ||
                        e->function == KMP_FUNCTION_sinh || e->function == KMP_FUNCTION_tanh;
-    if (!tree->conditions.watches || !falls || !(kmp_graph_node(g, kmp_id(a))->depends & state))
+    if (!tree->conditions.watches || !falls)
+        return;
+    /* Functions only of t are studied before a run (backend/time_scales.h). */
+    const unsigned depends = kmp_graph_node(g, kmp_id(a))->depends;
+    if (!(depends & state) && !(depends & 1u << KMP_IN_TIME && kmp_expr_find_named(e->a, kmp_expr_is_input, NULL)))
         return;
     for (int k = 1; k <= (int)(sizeof levels / sizeof *levels); k++) {
         kmp_ref beyond = beyond_level(g, e, k, a);

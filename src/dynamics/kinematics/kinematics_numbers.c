@@ -14,6 +14,7 @@
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
+#include "model/language/expression_value.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include <math.h>
@@ -364,13 +365,6 @@ static bool is_kink(const kmp_expr *e)
     return is_function(e, KMP_FUNCTION_abs) || is_function(e, KMP_FUNCTION_min) || is_function(e, KMP_FUNCTION_max);
 }
 
-/* True for a comparison. Bounds take account of the kinks of compared expressions: they need not be conditions. */
-static bool is_compared(const kmp_expr *e)
-{
-    return e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_GREATER ||
-           e->kind == KMP_EXPR_AT_LEAST || is_function(e, KMP_FUNCTION_sign);
-}
-
 /* True if an expression is undefined somewhere. A fixed branch is evaluated beyond its kink for a part of a step, which
  * must not leave the domain. */
 static bool has_limits(const kmp_expr *e)
@@ -447,8 +441,10 @@ KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
-    const bool kinks = tree->conditions.kinks && !is_compared(e) && !has_limits(e);
-    const bool bends = tree->conditions.bends && !is_compared(e) && !keeps_in(e);
+    /* Bounds take account of the kinks of compared expressions: they need not be conditions. */
+    const bool compared = kmp_expr_compares(e, NULL);
+    const bool kinks = tree->conditions.kinks && !compared && !has_limits(e);
+    const bool bends = tree->conditions.bends && !compared && !keeps_in(e);
     kmp_ref a = e->kind == KMP_EXPR_DIV ? kmp_tree_expression(tree, e->a) : operand(tree, kinks, bends, e->a);
     kmp_ref b = e->b ? operand(tree, kinks, bends, e->b) : KMP_ZERO;
     switch (e->kind) {

@@ -175,9 +175,8 @@ static bool instance_nears_change(kmp_instance *x, double t, double h, double ma
 static void choose_tries(kmp_engine *e)
 {
     kmp_lane_state *room = &e->room;
-    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
     int64_t none;
-    kmp_lanes_choose_tries(room->w, room, longest, &none);
+    kmp_lanes_choose_tries(room->w, room, &none);
     memset(room->bad, 0, room->w * sizeof *room->bad);
     for (size_t l = 0; none && l < room->w; l++)
         if (room->step[l] == 0 && room->who[l] >= 0)
@@ -672,6 +671,7 @@ kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp
     e->execution = *execution;
     e->all = all;
     e->work = (kmp_ensemble_work){.width = width};
+    e->pulses.open = NULL;
     e->eval = kmp_eval_new(e->s, "tape");
     e->state = KMP_ARENA_NEW(&e->run_arena, double, 4 * e->n);
     bool lanes = !kmp_engine_no_lanes(e), ok = e->eval && e->state && (!lanes || make_lanes(e, width));
@@ -756,6 +756,7 @@ bool kmp_engine_make_instances(kmp_engine *e)
         x->inputs.held = true;
         x->memory = KMP_ARENA_NEW(a, double, (memory + sizeof(double) - 1) / sizeof(double) + 1);
         x->next_sample = INFINITY;
+        x->longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
         x->end = e->spec.t_end;
     }
     return !a->failed;

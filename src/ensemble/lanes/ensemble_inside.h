@@ -61,6 +61,7 @@ typedef struct kmp_instance {
     kmp_work_bound bound;
     kmp_growth growth;
     double limit;               /* |Bvu| at which an exchange is due */
+    double longest;             /* step; INFINITY: any */
     double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
     double next_sample;         /* of its states; INFINITY: none */
@@ -135,16 +136,17 @@ typedef struct kmp_lane_state {
     int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST]; /* counts of the instances */
     bool gaps;                                               /* some lane has no instance */
     double bad[KMP_LANES_MOST];                              /* not 0: the right-hand side cannot be evaluated */
-    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST];  /* values of the instances: pivot, limit */
-    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];      /* theirs, word by word */
-    double *y, *y_new, *stage, *weight, *atol;               /* size: room for the largest */
-    double *k[17];                                           /* size, as published: 1 to 13; for dense output to 16 */
-    double *scale;                                           /* n */
-    double *row_scale;                                       /* m */
-    double *per_scale, *per_row_scale;                       /* n, m: reciprocal */
-    double *square;                                          /* m x n, of one lane */
-    double *vdd, *vdd_new, *vdd_middle;                      /* n + m, where conditions need them */
-    bool late;                                               /* conditions depend on accelerations or multipliers */
+    /* values of the instances: pivot, limit, longest */
+    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST], longest[KMP_LANES_MOST];
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST]; /* theirs, word by word */
+    double *y, *y_new, *stage, *weight, *atol;          /* size: room for the largest */
+    double *k[17];                                      /* size, as published: 1 to 13; for dense output to 16 */
+    double *scale;                                      /* n */
+    double *row_scale;                                  /* m */
+    double *per_scale, *per_row_scale;                  /* n, m: reciprocal */
+    double *square;                                     /* m x n, of one lane */
+    double *vdd, *vdd_new, *vdd_middle;                 /* n + m, where conditions need them */
+    bool late;                                          /* conditions depend on accelerations or multipliers */
     double *nu, *nu_now, *nu_end; /* m, where forces depend on multipliers: from which they are solved for, at the last
                                    * evaluation, at the end of the step */
     double event[KMP_LANES_MOST]; /* time of one within the step */
@@ -202,6 +204,7 @@ typedef struct kmp_engine {
     kmp_lanes *beside[2];            /* programs of quantities and conditions in lanes; NULL: there is none */
     kmp_runner *site;                /* where instances are between steps; NULL: nothing happens to them there */
     void *fresh;                     /* the memory of a motion that begins */
+    kmp_time_scales pulses;          /* of an instance whose functions of time have too many short intervals */
 
     /* of a chunk */
     int count;

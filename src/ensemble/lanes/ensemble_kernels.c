@@ -382,11 +382,12 @@ KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a,
 KMP_LANES_KERNEL(kmp_lanes_exchange, exchange, (size_t width, size_t size, const int64_t *lanes, double *a, double *b),
                  (width, size, lanes, a, b), size, lanes, a, b)
 
-KMP_INLINE void choose_tries(size_t w, kmp_lane_state *room, double longest, int64_t *none)
+KMP_INLINE void choose_tries(size_t w, kmp_lane_state *room, int64_t *none)
 {
     double step[KMP_LANES_MOST], t_new[KMP_LANES_MOST];
     EACH_LANE(l, w)
-    step[l] = kmp_step_next(room->t[l], room->limit[l], room->h[l] < longest ? room->h[l] : longest, &t_new[l]);
+    step[l] = kmp_step_next(room->t[l], room->limit[l], room->h[l] < room->longest[l] ? room->h[l] : room->longest[l],
+                            &t_new[l]);
     EACH_LANE(l, w)
     room->t_new[l] = t_new[l];
     *none = 0;
@@ -397,9 +398,8 @@ KMP_INLINE void choose_tries(size_t w, kmp_lane_state *room, double longest, int
     }
 }
 
-KMP_LANES_KERNEL(kmp_lanes_choose_tries, choose_tries,
-                 (size_t width, kmp_lane_state *room, double longest, int64_t *none), (width, room, longest, none),
-                 room, longest, none)
+KMP_LANES_KERNEL(kmp_lanes_choose_tries, choose_tries, (size_t width, kmp_lane_state *room, int64_t *none),
+                 (width, room, none), room, none)
 
 /* -- signs of pivots --------------------------------------------------------------------------------- */
 

@@ -36,9 +36,9 @@ void kmp_lanes_pass_on(size_t width, kmp_lane_state *room, const int64_t *quiet,
 /** Exchanges the numbers of some lanes of two vectors of `size` components. */
 void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);
 
-/** The steps to try, up to limits and `longest` at most (kmp_step_next); 0: it is too short, which is not 0 in *none,
- * or the lane has no instance. */
-void kmp_lanes_choose_tries(size_t width, kmp_lane_state *room, double longest, int64_t *none);
+/** The steps to try, up to limits and as long as an instance allows (kmp_step_next); 0: it is too short, which is not 0
+ * in *none, or the lane has no instance. */
+void kmp_lanes_choose_tries(size_t width, kmp_lane_state *room, int64_t *none);
 
 /** Finds the signs of blocks from the signs of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k
  * width

@@ -2,7 +2,6 @@
 /* Threads share the instances in chunks, and each thread has its own engine. The calling thread runs the first engine
  * and reports the progress. Every other thread makes its engine when it takes its first chunk. */
 #include "ensemble/lanes/ensemble_run.h"
-#include "backend/time_scales.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "constraints/closing/assembly.h"
@@ -217,7 +216,13 @@ bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int
         kmp_log(context, KEMPE_LOG_WARNING, "in instances: %s", s->event_text[k]);
         return false;
     }
-    if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
+    if (condition && condition->role == KMP_ROLE_SENSE) {
+        kmp_doubt(
+            context,
+            "friction makes the motion depend on the forces of redundant contacts in instances, such as '%s', which "
+            "are not unique. Use fewer contacts, or a compliant 'law'",
+            ((const kmp_force *)condition->of)->name);
+    } else if (condition && condition->validity == KMP_VALIDITY_LEVEL) {
         kmp_doubt(context, "friction '%s' has a negative level in instances: it would push",
                   ((const kmp_force *)condition->of)->name);
     } else if (condition && condition->validity >= KMP_VALIDITY_DEFLECTION) {
@@ -241,7 +246,8 @@ bool kmp_ensemble_report_mark(const kempe_system *s, kempe_context *context, int
 bool kmp_ensemble_has_mark(const kempe_system *s, int k)
 {
     const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
-    return !condition || condition->validity != KMP_VALIDITY_NONE || condition->at_start;
+    return !condition || condition->validity != KMP_VALIDITY_NONE || condition->at_start ||
+           (condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH);
 }
 
 /* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances. */
@@ -257,19 +263,22 @@ static void report_conditions(kmp_ensemble *e, bool reports)
     }
 }
 
-kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open)
+kempe_status kmp_ensemble_time_scales(const kempe_system *system, const kmp_run_spec *spec, kmp_arena *arena,
+                                      kmp_time_scales *found)
+{
+    return kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end,
+                                kmp_system_watches_loads(system) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, arena, found);
+}
+
+kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open, bool *varies)
 {
     kmp_time_scales scales;
     kmp_arena aside = {0};
-    *open = false;
-    if (spec->max_step > 0)
-        return KEMPE_OK;
-    kempe_status status =
-        kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end,
-                             kmp_system_watches_loads(system) ? KMP_TIMED_ALL : KMP_TIMED_SHORT, &aside, &scales);
-    *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales);
+    kempe_status status = kmp_ensemble_time_scales(system, spec, &aside, &scales);
+    *open = status == KEMPE_OK && kmp_time_scales_doubt(system->context, &scales, spec->max_step);
+    *varies = status == KEMPE_OK && scales.varies;
     if (status == KEMPE_OK && isfinite(scales.shortest))
-        spec->max_step = scales.shortest;
+        spec->max_step = spec->max_step > 0 ? fmin(spec->max_step, scales.shortest) : scales.shortest;
     kmp_arena_free(&aside);
     return status;
 }
@@ -293,9 +302,10 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     resolved.threads = 0; /* one thread per instance */
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
     resolved.open = resolved.open || spec->open; /* it may have been resolved before */
-    bool open;
-    KMP_TRY(kmp_ensemble_limit_steps(e->engine[0]->s, &resolved, &open));
     kmp_ensemble_execution chosen = *execution;
+    bool open;
+    chosen.max_step = resolved.max_step;
+    KMP_TRY(kmp_ensemble_limit_steps(e->engine[0]->s, &resolved, &open, &chosen.own_pulses));
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
     chosen.width = kmp_ensemble_width(e->engine[0]->s, execution->width, instances, threads);
     resolved.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
@@ -315,6 +325,8 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     report_conditions(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
+    for (int k = 0; k < KMP_TEAM_MOST && !open; k++)
+        open = r.begun[k] && kmp_time_scales_doubt(context, &e->engine[k]->pulses, 0);
     e->work.doubted = open || presses;
     report_conditions(e, true);
     if (status == KEMPE_OK)

@@ -11,6 +11,7 @@
  * from its start where lanes do not support the mechanism: other integrators, large systems. */
 #pragma once
 
+#include "backend/time_scales.h"
 #include "integrators/run/run.h"
 #include "output/quantities/run_quantities.h"
 
@@ -18,13 +19,15 @@ typedef struct kmp_ensemble kmp_ensemble;
 
 /** Options of the execution. */
 typedef struct kmp_ensemble_execution {
-    int threads; /* that share the instances: 0 one for each processor, else 1 to KMP_TEAM_MOST */
-    int width;   /* number of lanes: 0 the best for this machine and model, else 1 to KMP_LANES_MOST */
-    int pools;   /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
-    bool plain;  /* no machine code in lanes */
-    bool alone;  /* no lanes: a separate run for each instance */
-    long before; /* of progress: instances of a longer run that are done, */
-    long total;  /* and all of it; 0: this run is the whole, -1: no progress */
+    int threads;     /* that share the instances: 0 one for each processor, else 1 to KMP_TEAM_MOST */
+    int width;       /* number of lanes: 0 the best for this machine and model, else 1 to KMP_LANES_MOST */
+    int pools;       /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
+    bool plain;      /* no machine code in lanes */
+    bool alone;      /* no lanes: a separate run for each instance */
+    bool own_pulses; /* functions of time depend on values of the instances (kmp_ensemble_limit_steps), */
+    double max_step; /* then the longest step that the user gives, s; 0: none */
+    long before;     /* of progress: instances of a longer run that are done, */
+    long total;      /* and all of it; 0: this run is the whole, -1: no progress */
     const kmp_run_quantities *quantities; /* measured during each run; NULL: none */
     double *taken;                        /* their values: instances x quantities->values, NaN without a whole run */
     double *starts; /* instances x 2 n: q and qd at the start, where loops are closed; NaN: not known, and then noted,
@@ -82,6 +85,11 @@ int kmp_ensemble_width(const kempe_system *system, int width, int instances, int
 bool kmp_ensemble_has_mark(const kempe_system *system, int k);
 bool kmp_ensemble_report_mark(const kempe_system *system, kempe_context *context, int k);
 
+/** Intervals of the functions of time in a run of the system, with its present parameters. KEMPE_E_MEMORY. */
+kempe_status kmp_ensemble_time_scales(const kempe_system *system, const kmp_run_spec *spec, kmp_arena *arena,
+                                      kmp_time_scales *found);
+
 /** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
- * pulses at other times. *open: shorter ones may have been missed. */
-kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open);
+ * pulses at other times. *open: shorter ones may have been missed; *varies: the interval is the one of the model, and each
+ * instance may have another one. */
+kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open, bool *varies);

@@ -243,10 +243,37 @@ static kempe_status assemble_instance(kmp_engine *e, int i, kempe_assembly *know
     return KEMPE_OK;
 }
 
+/* The longest step of an instance whose functions of time are its own. */
+static kempe_status find_longest(kmp_engine *e, int i)
+{
+    kmp_time_scales scales;
+    kmp_arena aside = {0};
+    const double given = e->execution.max_step;
+    if (!e->execution.own_pulses)
+        return KEMPE_OK;
+    kempe_status status = kmp_ensemble_time_scales(e->s, &e->spec, &aside, &scales);
+    if (scales.open && !(given > 0))
+        e->pulses = scales;
+    e->pulses.end = NULL;
+    e->instances[i].longest = fmin(given > 0 ? given : INFINITY, scales.open && given > 0 ? INFINITY : scales.shortest);
+    kmp_arena_free(&aside);
+    return status;
+}
+
+/* The specification of a run of an instance by itself, which finds its own pulses where instances differ in them. */
+static kmp_run_spec spec_alone(const kmp_engine *e)
+{
+    kmp_run_spec spec = e->spec;
+    spec.max_step = e->execution.own_pulses ? e->execution.max_step : spec.max_step;
+    return spec;
+}
+
 kempe_status kmp_instance_start(kmp_engine *e, int i)
 {
     kempe_assembly *a = NULL, known = {0};
     kempe_status status = assemble_instance(e, i, &known, &a);
+    if (status == KEMPE_OK)
+        status = find_longest(e, i);
     if (status == KEMPE_OK) {
         kmp_constants_keep(e->s, &e->instances[i].constants);
         status = enter(e, i, known.q ? &known : a);
@@ -520,8 +547,9 @@ kempe_status kmp_instance_alone(kmp_engine *e, int i)
     kempe_status status = assemble_instance(e, i, NULL, &a);
     if (status == KEMPE_E_INPUT)
         return KEMPE_OK;
+    const kmp_run_spec spec = spec_alone(e);
     if (status == KEMPE_OK)
-        status = kmp_runner_new(e->s, &e->spec, a, &run);
+        status = kmp_runner_new(e->s, &spec, a, &run);
     kmp_instance_begin_account(e, i);
     while (run && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end)
         status = make_step(e, i, run);
@@ -636,7 +664,7 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
     memcpy(a->q, part->row, (size_t)e->n * sizeof *a->q);
     memcpy(a->qd, part->row + e->n, (size_t)e->n * sizeof *a->qd);
     a->closed = true;
-    *spec = e->spec;
+    *spec = spec_alone(e);
     spec->t_start = x->t;
     spec->work_start = part->work;
     spec->rate_scale = x->rate_scale;

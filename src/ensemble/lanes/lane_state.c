@@ -441,6 +441,7 @@ void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t l, int i)
     room->error_old[l] = x->error_old;
     room->pivot[l] = x->pivot;
     room->exchange[l] = x->limit;
+    room->longest[l] = x->longest;
     room->rejected[l] = x->rejected;
     room->tries[l] = x->tries;
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)

@@ -197,6 +197,7 @@ static void renew(kmp_engine *e, int i)
     keep(&x->home, NULL);
     kmp_present_inputs_forget(&x->inputs);
     *x = (kmp_instance){.inputs = x->inputs,
+                        .longest = x->longest,
                         .y = x->y,
                         .dy = x->dy,
                         .vdd = x->vdd,

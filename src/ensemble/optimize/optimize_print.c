@@ -28,9 +28,7 @@ static double limit_value(const kempe_optimum *o, int k)
 
 static bool is_kept(const kempe_optimum *o, int k)
 {
-    const kmp_quantity_limit *limit = &o->objective.list->limit[k];
-    double size = limit->bound != 0 ? fabs(limit->bound) : 1;
-    return limit->sign * (limit_value(o, k) - limit->bound) / size <= KMP_OPTIMUM_KEPT;
+    return kmp_limit_excess(&o->objective.list->limit[k], limit_value(o, k)) <= KMP_OPTIMUM_KEPT;
 }
 
 /* -- text -------------------------------------------------------------------------------------------- */

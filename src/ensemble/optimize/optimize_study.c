@@ -440,11 +440,6 @@ static void leave_cube(const kempe_optimum *optimum, const double *cube, double 
         x[k] = fmin(fmax(bounded->lower[k] + side(optimum, k) * cube[k], bounded->lower[k]), bounded->upper[k]);
 }
 
-static double size_of_limit(const kmp_quantity_limit *limit)
-{
-    return limit->bound != 0 ? fabs(limit->bound) : 1;
-}
-
 /* The largest part by which limits are not kept: over the bound, or over 1 where it is 0. */
 static double broken_part(const kempe_optimum *optimum, const double *values, double *limit)
 {
@@ -452,7 +447,7 @@ static double broken_part(const kempe_optimum *optimum, const double *values, do
     double most = 0;
     for (int k = 0; k < list->limit_count; k++) {
         const kmp_quantity_limit *l = &list->limit[k];
-        double over = l->sign * (values[l->value] - l->bound) / size_of_limit(l);
+        double over = kmp_limit_excess(l, values[l->value]);
         most = fmax(most, isnan(over) ? INFINITY : over);
         if (limit)
             limit[k] = over;
@@ -471,7 +466,7 @@ static void give_slopes(const searcher *w, double *slope, double *limit_slope)
         const kmp_quantity_limit *limit = &list->limit[l];
         for (int k = 0; k < o->count; k++)
             limit_slope[l * o->count + k] =
-                limit->sign * w->slopes[(ptrdiff_t)limit->value * o->count + k] * side(o, k) / size_of_limit(limit);
+                limit->sign * w->slopes[(ptrdiff_t)limit->value * o->count + k] * side(o, k) / kmp_limit_size(limit);
     }
 }
 

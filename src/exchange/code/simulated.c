@@ -3,6 +3,7 @@
  * (constraints/programs/reduced_program.h), the start, conditions and their bounds, elements of friction. */
 #include "exchange/code/simulated.h"
 #include "backend/bounds.h"
+#include "backend/time_scales.h"
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
@@ -421,6 +422,13 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
                     "input '%s': a generated simulator does not have its samples; it keeps the value and derivatives "
                     "of t = 0 until its caller sets others",
                     system->model->inputs[k].name);
+    const char *pulse = kmp_time_scales_varying(system->model);
+    if (pulse)
+        kmp_log(
+            system->context, KEMPE_LOG_WARNING,
+            "'%s': a generated simulator finds pulses in functions of time by its longest step, which belongs to the "
+            "present parameters; narrower pulses need a shorter one",
+            pulse);
     return kmp_made(source->context, !source->arena.failed);
 }
 

@@ -127,6 +127,7 @@ int kempe_friction_strike(const kempe_friction *friction, double *kept, double *
     kmp_impact_run p = impacts_in(&x, room, impacts, n);
     double gain;
     int status = kmp_impact_decide(&p, t, q, qd, &gain);
+    memcpy(kept, &x.past, sizeof x.past);
     *since = p.since;
     return status;
 }

@@ -183,9 +183,15 @@ static int fail(void *self, kmp_friction_failure failure, double t)
 
 static void report(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
-    (void)element, (void)t, (void)number;
-    if (fact == KMP_FRICTION_FACT_CHANGE)
-        ((decider *)self)->s->work.events++;
+    kempe_simulator *s = ((decider *)self)->s;
+    const kempe_equations *e = s->equations;
+    (void)element;
+    s->work.events += fact == KMP_FRICTION_FACT_CHANGE;
+    if ((fact == KMP_FRICTION_FACT_SHARED || fact == KMP_FRICTION_FACT_SHARED_IMPULSES) && number > 0)
+        snprintf(s->message, sizeof s->message,
+                 "%s: forces of redundant contacts are not unique at t = %.9g, and friction makes the motion depend on "
+                 "them: use fewer contacts, or a compliant 'law'",
+                 e->name, t);
 }
 
 static kmp_friction_site site_of(decider *d)

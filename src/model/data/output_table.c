@@ -2,6 +2,7 @@
 /* Names, units and columns of outputs: the words that a user wrote, in the same order, so that a printed output can be
  * read back. */
 #include "model/data/output_table.h"
+#include "model/data/closure.h"
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
 #include "model/data/model.h"
@@ -25,6 +26,8 @@ static const shown_value pressing_numbers[] = {
     {"normal", "N"}, {"friction", "N"},     {"depth", "m"}, {"rate", "m/s"}, {"slip", "m/s"}, {"x", "m"},
     {"y", "m"},      {"eccentricity", "m"}, {"z", "m"},     {"film_x", "N"}, {"film_y", "N"}};
 static const int rigid_numbers[] = {0, 5, 6, 7};
+/* Units of the first of them where the depth is an angle. */
+static const char *const pressing_angles[] = {"N m", "N m", "rad", "rad/s", "rad/s"};
 
 const char *kmp_output_obstacle(const kempe_model *model, kmp_output_kind kind, int point)
 {
@@ -228,7 +231,7 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
          */
         const kmp_force *force = &model->forces[output->index];
         if (force->kind == KMP_FORCE_COMPLIANT)
-            return value->unit;
+            return force->turns ? pressing_angles[k] : value->unit;
         if (force->kind == KMP_FORCE_TOUCH)
             return k > 0 ? "m" : force->turns ? "N m" : "N";
         bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
@@ -239,6 +242,10 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
     }
     if (output->kind == KMP_OUTPUT_GAP)
         return model->forces[output->index].turns ? "rad" : "m";
+    if (output->kind == KMP_OUTPUT_REACTION) {
+        const int power = kmp_closure_effort_power(model, &model->closures[output->index]);
+        return power < 0 ? "N" : kmp_multiplier_unit(power);
+    }
     if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT) {
         static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
         return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];

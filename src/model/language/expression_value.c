@@ -128,6 +128,18 @@ const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void
     return found ? found : kmp_expr_find(expr->c, is, user);
 }
 
+const kmp_expr *kmp_expr_find_named(const kmp_expr *expr, kmp_expr_test is, const void *user)
+{
+    if (!expr || is(expr, user))
+        return expr;
+    if (expr->kind == KMP_EXPR_UNKNOWN)
+        return expr->unknowns && expr->unknowns->count == 0 ? kmp_expr_find_named(expr->unknowns->zero[0], is, user)
+                                                            : NULL;
+    const kmp_expr *found = kmp_expr_find_named(expr->a, is, user);
+    found = found ? found : kmp_expr_find_named(expr->b, is, user);
+    return found ? found : kmp_expr_find_named(expr->c, is, user);
+}
+
 static bool same_measure(const kmp_measure *a, const kmp_measure *b)
 {
     bool same = a->kind == b->kind && a->count == b->count;
@@ -154,15 +166,33 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
     return kmp_expr_find(expr, is_lambda, NULL);
 }
 
+bool kmp_expr_is_time(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_TIME;
+}
+
+bool kmp_expr_is_input(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_INPUT;
+}
+
 static bool is_time(const kmp_expr *expr, const void *user)
 {
-    (void)user;
-    return expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_INPUT;
+    return kmp_expr_is_time(expr, user) || kmp_expr_is_input(expr, user);
 }
 
 bool kmp_expr_has_time(const kmp_expr *expr)
 {
     return kmp_expr_find(expr, is_time, NULL);
+}
+
+bool kmp_expr_compares(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return (expr->kind >= KMP_EXPR_LESS && expr->kind <= KMP_EXPR_AT_LEAST) ||
+           (expr->kind == KMP_EXPR_CALL && expr->function == KMP_FUNCTION_sign);
 }
 
 static bool is_variable(const kmp_expr *expr, const void *user)

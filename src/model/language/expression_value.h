@@ -26,6 +26,13 @@ bool kmp_extent_is_long(kmp_extent extent);
 /** The first node for which `is` is true, each before its operands; NULL when there is none. */
 const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user);
 
+/** kmp_expr_find, also in the expressions of names. */
+const kmp_expr *kmp_expr_find_named(const kmp_expr *expr, kmp_expr_test is, const void *user);
+
+/** Tests for it: the time itself, and an input. */
+bool kmp_expr_is_time(const kmp_expr *expr, const void *unused);
+bool kmp_expr_is_input(const kmp_expr *expr, const void *unused);
+
 /** True if two leaves are the same. */
 bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b);
 
@@ -34,6 +41,9 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 
 /** True if an expression contains the time or an input. NULL: false. */
 bool kmp_expr_has_time(const kmp_expr *expr);
+
+/** A test for kmp_expr_find: a comparison, or a sign. */
+bool kmp_expr_compares(const kmp_expr *expr, const void *unused);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);

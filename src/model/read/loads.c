@@ -27,8 +27,7 @@ static bool jumps_by_direction(const kmp_expr *e)
 {
     if (!e || calls(e, KMP_FUNCTION_abs))
         return false;
-    bool compares = calls(e, KMP_FUNCTION_sign) || (e->kind >= KMP_EXPR_LESS && e->kind <= KMP_EXPR_AT_LEAST);
-    if (compares && (has_direction(e->a) || has_direction(e->b)))
+    if (kmp_expr_compares(e, NULL) && (has_direction(e->a) || has_direction(e->b)))
         return true;
     if (e->kind == KMP_EXPR_UNKNOWN)
         return e->unknowns && e->unknowns->count == 0 && jumps_by_direction(e->unknowns->zero[0]);
