@@ -20,7 +20,7 @@ enum {
     DEEPEST = 26,           /* halvings: a jump is not resolved further */
     MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
     MOST_HALVINGS = 500000, /* of a study: a second for a short function */
-    MOST_FINE = 50000,      /* of one by the range of the functions, beside which constants are large */
+    MOST_FINE = 50000,      /* of one by the range of the functions, which may be small against their values */
     CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
 };
 /* Part of the range of a function by which it may differ from a straight line within half an interval; and part of its
