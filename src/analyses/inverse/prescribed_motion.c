@@ -166,7 +166,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
         const kmp_closure *closure = kmp_model_closure(g->system->model, g->system->rows[r].closure);
         g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
     }
-    g->eval->left_out = g->left_out;
+    g->eval->unmet.left_out = g->left_out;
     return KEMPE_OK;
 }
 

@@ -229,7 +229,7 @@ static void settle(kmp_forward_formulation *f)
     const kmp_linear *l = &f->v->linear;
     kmp_forward_choice *choice = &f->choice;
     int row, column;
-    memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->mode, l->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (f->in_lanes)
         kmp_varied_lanes_anchor(f->options->lanes, KMP_STAGE_LANES - 1);
     else
@@ -317,16 +317,6 @@ static bool passes_events(const kmp_forward_formulation *f, const double *y)
     return any && far;
 }
 
-/* True if the last state is beyond a dead centre of u. */
-static bool crosses(kmp_forward_choice *choice, const kmp_linear *l)
-{
-    kmp_block_take_signs(l->red.block, choice->signs_now);
-    const size_t count = (size_t)kmp_block_count(l->red.block);
-    const bool crosses = memcmp(choice->signs, choice->signs_now, count * sizeof *choice->signs) != 0;
-    choice->crossed = choice->crossed || crosses;
-    return crosses;
-}
-
 /* Accepts a step: it must not have jumped over a dead centre of u; evaluated last. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
@@ -346,9 +336,12 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
         kmp_sensitivity_equations_anchor(f->v);
         return KMP_GO;
     }
-    if (l->red.r > 0 &&
-        (crosses(&f->choice, l) || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST || passes_events(f, y)))
-        return KMP_RETRY;
+    if (l->red.r > 0) {
+        const bool crosses = !kmp_block_has_signs(l->red.block, f->choice.signs);
+        f->choice.crossed = f->choice.crossed || crosses;
+        if (crosses || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST || passes_events(f, y))
+            return KMP_RETRY;
+    }
     if (f->options->alone && l->red.r > 0 && kmp_rank_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {
         say_change_point(f, t);
         return KMP_HALT;
@@ -443,7 +436,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
         return KMP_HALT;
     const bool changes = f->resets.count > 0 || jump || kmp_forward_charts_differ(f, f->place.chart) ||
-                         memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0;
+                         memcmp(f->mode, kmp_forward_eval(f)->conditions.mode, kmp_forward_mode_bytes(f)) != 0;
     double *all = changes && f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
     if (!all || kmp_forward_pass_changes(f, t, q, qd, jump, all) != KMP_GO)
         return KMP_HALT;
@@ -594,9 +587,9 @@ static void release(kmp_formulation *formulation)
     kmp_eval_set_charts(f->own, eval->chart);
     for (int k = 0; k < f->system->events.count; k++)
         if (f->system->events.condition[k].role == KMP_ROLE_NONE)
-            kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
+            kmp_eval_set_mode(f->own, k, eval->conditions.mode[k] != 0);
         else
-            kmp_eval_set_kink(f->own, k, eval->mode[k]);
+            kmp_eval_set_kink(f->own, k, eval->conditions.mode[k]);
     go_by(f, f->own);
 }
 
@@ -623,7 +616,7 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
 {
     if (f->event.passing)
         return KEMPE_OK;
-    int k = kmp_forward_first_other_mode(f, start->eval->mode);
+    int k = kmp_forward_first_other_mode(f, start->eval->conditions.mode);
     if (k >= 0)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "derivatives with respect to parameters end at t = %.9g s, where %s changes the closures",
@@ -670,7 +663,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->formulation.part = &f->v->linear.part;
     add_lanes(f);
     if (first)
-        memcpy(f->mode, start->eval->mode, kmp_forward_mode_bytes(f));
+        memcpy(f->mode, start->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (alone && first)
         KMP_TRY(kmp_made(f->system->context, kmp_forward_map_begin_start(f)));
     else if (alone)
@@ -741,7 +734,7 @@ static bool make_room(kmp_forward_formulation *f)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, s->events.count, &f->mode), KMP_ROOM(double, 2 * n * n, &f->matrix),
                         KMP_ROOM(double, KMP_CHART_SIZE * s->chart_count, &f->own_chart),
                         KMP_ROOM(double, n, &f->zone.su, &f->zone.sud, &f->zone.ud),
-                        KMP_ROOM(int, n, &f->zone.every, &f->choice.signs, &f->choice.signs_now)))
+                        KMP_ROOM(int, n, &f->zone.every, &f->choice.signs)))
         return false;
     for (int i = 0; i < n; i++)
         f->zone.every[i] = i;
@@ -759,7 +752,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
     kmp_charts_reset(f->system, f->own_chart);
     kmp_charts_reset(f->system, f->place.chart);
     kmp_eval_set_charts(f->own, f->place.chart);
-    f->own->frozen = false; /* by the end of an earlier run, as rows that were held there */
+    kmp_eval_unfreeze(f->own); /* by the end of an earlier run, as rows that were held there */
     for (int k = 0; k < f->system->events.count; k++)
         if (f->system->events.condition[k].role != KMP_ROLE_NONE)
             kmp_eval_set_kink(f->own, k, 0);

@@ -30,14 +30,14 @@ bool kmp_forward_changes_make(kmp_forward_formulation *f)
 
 static void set_modes(const kmp_forward_formulation *f, const double *mode)
 {
-    if (memcmp(kmp_forward_eval(f)->mode, mode, kmp_forward_mode_bytes(f)) != 0)
+    if (memcmp(kmp_forward_eval(f)->conditions.mode, mode, kmp_forward_mode_bytes(f)) != 0)
         kmp_eval_set_modes(kmp_forward_eval(f), mode);
 }
 
 /* Only the conditions, or only the charts, of the last step. */
 static void take_modes_back(kmp_forward_formulation *f)
 {
-    memcpy(f->changes->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->changes->mode, kmp_forward_eval(f)->conditions.mode, kmp_forward_mode_bytes(f));
     set_modes(f, f->mode);
 }
 
@@ -131,9 +131,9 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
             f->system->event_text[k], t);
     if (kmp_forward_halt_at_sample(f, t) != KMP_GO)
         return KMP_HALT;
-    kmp_event_times_note(&f->times, l->eval->mode, mode, t, given ? -1 : k);
+    kmp_event_times_note(&f->times, l->eval->conditions.mode, mode, t, given ? -1 : k);
     kmp_forward_delays_note(f, t, f->times.swing);
-    memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->mode, l->eval->conditions.mode, kmp_forward_mode_bytes(f));
     /* The time before and behind an event at which values are taken: at an end of a table that holds its value there, a
      * curvature jumps with the slope, and rounding places the event on either side. */
     const kmp_condition *c = &f->system->events.condition[k];
@@ -258,7 +258,8 @@ int kmp_forward_pass_changes(kmp_forward_formulation *f, double t, const double 
 {
     if ((f->resets.count > 0 || jump) && pass_resets(f, t, jump, qd, y) != KMP_GO)
         return KMP_HALT;
-    if (kmp_forward_first_other_mode(f, kmp_forward_eval(f)->mode) >= 0 && pass_conditions(f, t, y) != KMP_GO)
+    if (kmp_forward_first_other_mode(f, kmp_forward_eval(f)->conditions.mode) >= 0 &&
+        pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
     return kmp_forward_charts_differ(f, f->place.chart) ? pass_charts(f, t, q, qd, y) : KMP_GO;
 }

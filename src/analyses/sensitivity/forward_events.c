@@ -85,13 +85,6 @@ static bool shares_load(const kmp_friction_run *friction)
     return shares;
 }
 
-/* True if the condition of the last swing has not been crossed by the motion at t, but has jumped with the rates or
- * with a state at the event before, which has the same time. */
-static bool has_jumped(const kmp_forward_formulation *f, double t)
-{
-    return f->event.last_t == t && f->times.distance * f->start.rate_scale > KMP_SLOPE_JUMPED;
-}
-
 /* dt_e/dp of the event that the run passes, whose conditions have one time: f->event.swing. */
 static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
 {
@@ -108,7 +101,9 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
         if (!event->caused[k] || f->system->events.condition[k].kink)
             continue;
         const bool crossed = kmp_forward_find_swing(f, k, y);
-        if (has_jumped(f, t))
+        /* A condition that the motion has not crossed at t has jumped with the rates or with a state at the event
+         * before, which has the same time. */
+        if (f->event.last_t == t && f->times.distance * f->start.rate_scale > KMP_SLOPE_JUMPED)
             memcpy(f->times.swing, f->event.last, (size_t)f->count * sizeof *f->times.swing);
         else if (!crossed)
             return kmp_forward_halt(f,
@@ -174,11 +169,11 @@ int kmp_forward_arrive_after_event(kmp_forward_formulation *f, const kmp_formula
     if (!event || (!f->event.passing && !(first && event->impact)))
         return KMP_GO;
     for (int k = 0; f->event.passing && k < f->system->events.count; k++)
-        if (f->event.near[k] && kmp_forward_mode_differs(f, k, start->eval->mode))
+        if (f->event.near[k] && kmp_forward_mode_differs(f, k, start->eval->conditions.mode))
             return kmp_forward_halt_at_input(f, k, start->t);
     memcpy(f->times.swing, f->event.swing, (size_t)f->count * sizeof *f->times.swing);
-    kmp_event_times_note(&f->times, f->mode, start->eval->mode, start->t, f->event.cause);
-    memcpy(f->mode, start->eval->mode, kmp_forward_mode_bytes(f));
+    kmp_event_times_note(&f->times, f->mode, start->eval->conditions.mode, start->t, f->event.cause);
+    memcpy(f->mode, start->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (kmp_forward_charts_differ(f, start->eval->chart))
         return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",
                                 start->t);
@@ -193,14 +188,6 @@ int kmp_forward_arrive_after_event(kmp_forward_formulation *f, const kmp_formula
 /* The checks of a row that is held: that it keeps its distance and its rate. */
 enum { DISTANCE, RATE, CHECKS };
 
-static const char *reason_of(kmp_forward_formulation *f, const kmp_friction_element *e, int check)
-{
-    return kmp_arena_printf(&f->arena,
-                            "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
-                            "derivative there",
-                            f->system->event_text[e->slot], f->start.t, check == DISTANCE ? "distance" : "rate");
-}
-
 /* Judges the checks of a row. Small changes belong to the last state. */
 static int judge_row(kmp_forward_formulation *f, const kmp_friction_element *e, const kmp_forward_check *check)
 {
@@ -211,9 +198,17 @@ static int judge_row(kmp_forward_formulation *f, const kmp_friction_element *e, 
     for (int j = 0; j < entries->count; j++)
         if (entries->row[j] == e->row)
             f->event.row[entries->col[j]] += kmp_forward_eval(f)->jacobian[j];
-    for (int c = 0; c < CHECKS; c++)
-        if (check[c].fails && kmp_forward_require(f, &check[c], f->event.row, reason_of(f, e, c)) != KMP_GO)
+    for (int c = 0; c < CHECKS; c++) {
+        if (!check[c].fails)
+            continue;
+        const char *reason =
+            kmp_arena_printf(&f->arena,
+                             "%s is closed at t = %.9g s, but its %s changes with a parameter: the "
+                             "motion has no derivative there",
+                             f->system->event_text[e->slot], f->start.t, c == DISTANCE ? "distance" : "rate");
+        if (kmp_forward_require(f, &check[c], f->event.row, reason) != KMP_GO)
             return KMP_HALT;
+    }
     return KMP_GO;
 }
 

@@ -91,18 +91,12 @@ static void add_closures(impact *x, const kmp_friction_run *friction)
     }
 }
 
-/* True of a contact or friction that may have an impulse. */
-static bool acts(const kmp_impact_run *p, int k)
-{
-    return p->f[k] != 0 || (p->side[k] == 0 && p->upper[k] > p->lower[k]);
-}
-
-/* Contacts and friction that act. */
+/* Contacts and friction that act: their impulse is not zero, or need not be. */
 static void add_struck(impact *x, const kmp_impact_run *p)
 {
     for (int k = 0; p && k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
-        if (!acts(p, k))
+        if (p->f[k] == 0 && (p->side[k] != 0 || p->upper[k] <= p->lower[k]))
             continue;
         acting *a = add_row(x, e->row);
         a->struck = true;
@@ -370,7 +364,7 @@ static bool make_room(impact *x)
 /* Conditions in which friction and contacts act only by rows. */
 static void set_modes(impact *x, const kmp_friction_run *friction)
 {
-    memcpy(x->mode, x->f->v->linear.eval->mode, (size_t)x->f->system->events.count * sizeof *x->mode);
+    memcpy(x->mode, x->f->v->linear.eval->conditions.mode, (size_t)x->f->system->events.count * sizeof *x->mode);
     for (int i = 0; friction && i < friction->count; i++) {
         const kmp_friction_element *e = &friction->element[i];
         double *mode = x->mode + e->slot;

@@ -26,10 +26,10 @@ typedef struct kmp_forward_mapping kmp_forward_mapping;
 
 /** This judges the choice of u: it is good while it is well conditioned, and no step has jumped over a dead centre. */
 typedef struct kmp_forward_choice {
-    int *signs, *signs_now; /* of the blocks of Jv, at the last step and now */
-    bool crossed;           /* a step has been refused since, because they differ */
-    double growth;          /* of dv/du */
-    bool due;               /* other coordinates are taken before the next step */
+    int *signs;    /* of the blocks of Jv at the last step */
+    bool crossed;  /* a step has been refused since, because they differ */
+    double growth; /* of dv/du */
+    bool due;      /* other coordinates are taken before the next step */
 } kmp_forward_choice;
 
 /** All coordinates as unknowns. */

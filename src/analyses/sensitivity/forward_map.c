@@ -125,34 +125,18 @@ static int begin(kmp_forward_formulation *f, double t, const double *y)
     return KMP_GO;
 }
 
-/* The motion, without columns, among the unknowns with columns, and back. */
-static void put_motion(kmp_forward_formulation *f, const double *y)
+double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y)
 {
+    if (!f->mapping->begun && begin(f, t, y) != KMP_GO)
+        return NULL;
+    kmp_forward_map_go_on(f);
     const int w = f->p, half = kmp_forward_blocks(f);
     double *all = f->mapping->unknowns;
     memcpy(all, y, (size_t)w * sizeof *y);
     memcpy(all + half, y + w, (size_t)w * sizeof *y);
     if (f->integrals)
         all[2 * half] = y[2 * w];
-}
-
-static void take_motion(const kmp_forward_formulation *f, double *y)
-{
-    const int w = f->p, half = kmp_forward_blocks(f);
-    const double *all = f->mapping->unknowns;
-    memcpy(y, all, (size_t)w * sizeof *y);
-    memcpy(y + w, all + half, (size_t)w * sizeof *y);
-    if (f->integrals)
-        y[2 * w] = all[2 * half];
-}
-
-double *kmp_forward_map_begin(kmp_forward_formulation *f, double t, const double *y)
-{
-    if (!f->mapping->begun && begin(f, t, y) != KMP_GO)
-        return NULL;
-    kmp_forward_map_go_on(f);
-    put_motion(f, y);
-    return f->mapping->unknowns;
+    return all;
 }
 
 void kmp_forward_map_go_on(kmp_forward_formulation *f)
@@ -203,7 +187,10 @@ int kmp_forward_map_end(kmp_forward_formulation *f, double *y)
     x->map.integral_after = f->integrals ? x->unknowns + 2 * wide + 1 : NULL;
     const int said = report(f, x->reported);
     x->reported = true;
-    take_motion(f, y);
+    memcpy(y, x->unknowns, (size_t)w * sizeof *y);
+    memcpy(y + w, x->unknowns + wide, (size_t)w * sizeof *y);
+    if (f->integrals)
+        y[2 * w] = x->unknowns[2 * wide];
     kmp_forward_set_columns(f, 0);
     return said;
 }
