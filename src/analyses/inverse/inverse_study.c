@@ -3,7 +3,7 @@
  * them. */
 #include "analyses/inverse/inverse_study.h"
 #include "analyses/inverse/inverse_dynamics.h"
-#include "analyses/inverse/prescribed_motion.h"
+#include "analyses/inverse/prescribed_states.h"
 #include "analyses/parts/doubted_state.h"
 #include "analyses/parts/series_summary.h"
 #include "base/arena.h"
@@ -45,12 +45,8 @@ typedef struct job {
     kmp_reference reference;
     kmp_prescribed table;
     kmp_times times;
-    double t_first;        /* added to the times */
-    kmp_prescribed states; /* of a table, as if they were coordinates */
-    double *run_states;    /* rows x states: of a run along the drives; NULL: none */
-    double *state;         /* at the next instant */
-    int run_rows;
-    bool lent; /* the states belong to another job */
+    double t_first; /* added to the times */
+    kmp_prescribed_states *states;
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_all_loads loads;
@@ -190,69 +186,14 @@ static kempe_status prepare_motion(job *j)
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-/* -- states ------------------------------------------------------------------------------------------ */
-
-static int keep_states(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                       double work)
-{
-    job *j = user;
-    const int count = j->system->model->state_count;
-    (void)t, (void)q, (void)qdd, (void)lambda, (void)work;
-    if (j->run_rows < j->times.count)
-        memcpy(j->run_states + (ptrdiff_t)j->run_rows++ * count, qd + kmp_model_coordinates(j->system->model),
-               (size_t)count * sizeof *qd);
-    return 0;
-}
-
-/* A run along the drives has the states at the times of the rows. */
-static kempe_status run_along_drives(job *j)
-{
-    const int count = j->system->model->state_count, rows = j->times.count;
-    kmp_run_report report = {0};
-    kmp_run_spec spec = {
-        .backend = j->options->backend, .t_end = j->times.t[rows - 1], .times = j->times.t, .time_count = rows};
-    j->run_states = KMP_ARENA_NEW(&j->arena, double, (size_t)rows *(size_t)count);
-    KMP_TRY(kmp_made(j->context, j->run_states));
-    KMP_TRY(kmp_run_resolve(j->system, &spec));
-    kempe_status status = kmp_run(j->system, &spec, NULL, keep_states, j, &report);
-    if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && report.reason)
-        (void)kmp_fail(j->context, status, "the states along the drives: %s", report.reason);
-    kmp_free(report.reason);
-    return status;
-}
-
-/* The states of a table, which has columns for them. */
-static kempe_status read_states(job *j)
-{
-    const kempe_model *model = j->system->model;
-    const kmp_reference *x = &j->reference;
-    const int count = model->state_count, n = j->system->n;
-    double *value = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
-    double *none = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
-    kmp_gap_in_table gap;
-    KMP_TRY(kmp_made(j->context, value && none));
-    for (int r = 0; r < x->rows; r++)
-        for (int i = 0; i < count; i++) {
-            none[r * count + i] = NAN;
-            value[r * count + i] = x->value[KMP_QUANTITY_QD][r * n + n - count + i];
-            if (!isfinite(value[r * count + i]))
-                return kmp_complain(j->context, j->options->motion, 0, 0,
-                                    "column state.%s has no value at t = %.9g s: the motion needs the values of all "
-                                    "states; simulate it with 'state' among the outputs",
-                                    model->states[i].name, x->t[r]);
-        }
-    return kmp_made(j->context, kmp_prescribed_init(&j->states, x->rows, x->t, count, value, none, none, &gap));
-}
-
-/* At the start they have its values. */
+/* At the start states have its values. */
 static kempe_status prepare_states(job *j)
 {
-    const int count = j->system->model->state_count;
-    if (count == 0 || j->r->motion == KMP_INVERSE_START)
+    if (j->system->model->state_count == 0 || j->r->motion == KMP_INVERSE_START)
         return KEMPE_OK;
-    j->state = KMP_ARENA_NEW(&j->arena, double, 3 * count);
-    KMP_TRY(kmp_made(j->context, j->state));
-    return j->options->motion ? read_states(j) : run_along_drives(j);
+    return j->options->motion
+               ? kmp_prescribed_states_read(j->states, &j->arena, j->system, &j->reference, j->options->motion)
+               : kmp_prescribed_states_run(j->states, &j->arena, j->system, &j->times, j->options->backend);
 }
 
 /* The guide along `table` (NULL: the drives, or at rest the start), and inverse dynamics on it. */
@@ -308,8 +249,6 @@ static void release(job *j)
     kmp_prescribed_motion_free(&j->prescribed);
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
-    if (!j->lent)
-        kmp_prescribed_free(&j->states);
     kmp_samples_free(&j->reference);
     kmp_arena_free(&j->arena);
 }
@@ -353,33 +292,11 @@ static kempe_status keep_row(job *j)
     return KEMPE_OK;
 }
 
-/* States at the k-th instant, t: of the run; of the table, where states that change at instants keep the value of
- * the row before. */
-static void take_states(job *j, int k, double t)
-{
-    const kempe_model *model = j->system->model;
-    const kmp_prescribed *x = &j->states;
-    const int count = model->state_count;
-    if (j->run_states)
-        memcpy(j->state, j->run_states + (ptrdiff_t)k * count, (size_t)count * sizeof *j->state);
-    if (x->count == 0)
-        return;
-    double *rates = j->state + count, *second = rates + count;
-    int row = 0;
-    while (row + 1 < x->rows && x->t[row + 1] <= t)
-        row++;
-    kmp_prescribed_at(x, t, j->state, rates, second);
-    for (int i = 0; i < count; i++)
-        if (model->states[i].next)
-            j->state[i] = x->value[0][row * count + i];
-}
-
 /* Goes to the k-th instant, t, and computes the forces there. */
 static kempe_status go_to(job *j, int k, double t)
 {
     kmp_prescribed_motion *g = &j->prescribed;
-    take_states(j, k, t);
-    g->state = j->state;
+    g->state = kmp_prescribed_states_at(j->states, j->system->model, k, t);
     KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
     j->instant = kmp_eval_row_time(g->eval, g->t, g->q, g->qd);
     return kmp_inverse_at(&j->inverse, j->instant, g->q, g->qd, g->qdd);
@@ -482,10 +399,7 @@ static void warn_of_guides(const job *j)
 
 static kempe_status check_again(job *j)
 {
-    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
-    again.states = j->states;
-    again.state = j->state;
-    again.lent = true;
+    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options, .states = j->states};
     kempe_status status = repeat(j, &again);
     release(&again);
     if (status == KEMPE_OK) {
@@ -539,7 +453,9 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     double begin = kmp_cpu_now();
     kmp_model_begin_forces(system->model);
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
-    job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
+    kmp_prescribed_states states = {0};
+    job j = {
+        .system = system, .context = system->context, .options = options, .states = &states, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));
     kempe_status status = prepare(&j);
     j.r->build_s += kmp_cpu_now() - begin;
@@ -547,6 +463,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     if (ready)
         status = run(&j);
     release(&j);
+    kmp_prescribed_states_free(&states);
     j.r->warnings = kmp_context_warnings(j.context);
     status = kmp_context_verdict(j.context, status);
     j.r->status = status == KEMPE_UNTRUSTED ? status : j.r->status;
