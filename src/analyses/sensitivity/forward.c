@@ -720,8 +720,8 @@ bool kmp_forward_make_columns(kmp_forward_formulation *f, int most)
     kmp_arena *a = &f->arena;
     const int n = f->n;
     f->most = most;
-    return kmp_forward_place_widen(&f->place, a, n, most) && kmp_event_times_widen(&f->times, a, most) &&
-           kmp_forward_event_widen(&f->event, a, most) && kmp_forward_terms_widen(&f->terms, a, n, most) &&
+    return kmp_forward_place_widen(&f->place, a, n, most) && kmp_event_times_make(&f->times, a, f->system, most) &&
+           kmp_forward_event_make(&f->event, a, f->system, most) && kmp_forward_terms_make(&f->terms, a, n, most) &&
            KMP_ARENA_MAKE(a, KMP_ROOM(double, n *most, &f->dqdd), KMP_ROOM(double, f->m *most, &f->dlambda, &f->held),
                           KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown));
 }
@@ -738,10 +738,8 @@ static bool make_room(kmp_forward_formulation *f)
         return false;
     for (int i = 0; i < n; i++)
         f->zone.every[i] = i;
-    return kmp_forward_place_make(&f->place, a, s) && kmp_event_times_make(&f->times, a, s) &&
-           kmp_forward_resets_make(&f->resets, a, s->model) && kmp_forward_event_make(&f->event, a, s) &&
-           kmp_forward_terms_make(&f->terms, a, n) && kmp_forward_changes_make(f) &&
-           kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
+    return kmp_forward_place_make(&f->place, a, s) && kmp_forward_resets_make(&f->resets, a, s->model) &&
+           kmp_forward_changes_make(f) && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
 }
 
 /* Puts the start and its derivatives into the place. */

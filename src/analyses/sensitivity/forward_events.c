@@ -15,17 +15,12 @@
 #include <math.h>
 #include <string.h>
 
-bool kmp_forward_event_make(kmp_forward_event *event, kmp_arena *arena, const kempe_system *system)
-{
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->n, &event->qdd, &event->row),
-                          KMP_ROOM(double, system->m, &event->rows),
-                          KMP_ROOM(bool, system->events.count, &event->near));
-}
-
-bool kmp_forward_event_widen(kmp_forward_event *event, kmp_arena *arena, int columns)
+bool kmp_forward_event_make(kmp_forward_event *event, kmp_arena *arena, const kempe_system *system, int columns)
 {
     event->last_t = NAN;
-    return KMP_ARENA_EACH(arena, double, columns, &event->swing, &event->last);
+    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->n, &event->qdd, &event->row),
+                          KMP_ROOM(double, system->m, &event->rows), KMP_ROOM(bool, system->events.count, &event->near),
+                          KMP_ROOM(double, columns, &event->swing, &event->last));
 }
 
 /* -- next values and signals ---------------------------------------------------------------------------- */

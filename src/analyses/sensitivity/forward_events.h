@@ -20,9 +20,8 @@ typedef struct kmp_forward_event {
     double *rows, *row;   /* m; n: room, a row of J */
 } kmp_forward_event;
 
-/** Make room, of columns once or again, which forgets the last event. False: no memory. */
-bool kmp_forward_event_make(kmp_forward_event *event, kmp_arena *arena, const kempe_system *system);
-bool kmp_forward_event_widen(kmp_forward_event *event, kmp_arena *arena, int columns);
+/** Makes room, once or again for other columns, which forgets the last event. False: no memory. */
+bool kmp_forward_event_make(kmp_forward_event *event, kmp_arena *arena, const kempe_system *system, int columns);
 
 /** dt_e/dp of the event that is passed; NULL: none is. */
 static inline const double *kmp_forward_event_swing(const kmp_forward_event *event)

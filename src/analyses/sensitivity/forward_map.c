@@ -103,6 +103,9 @@ static void put_units(kmp_forward_formulation *f)
 static int begin(kmp_forward_formulation *f, double t, const double *y)
 {
     const int most = f->v->count + 2 * f->n + f->mapping->map.held;
+    /* Times of events before, by other columns, no longer count. */
+    const bool follows = kmp_event_times_forget(&f->times, t);
+    f->event.last_t = NAN;
     if (f->most < most && !(kmp_forward_make_columns(f, most) && make_room(f))) {
         (void)kmp_fail_memory(f->system->context);
         return KMP_HALT;
@@ -110,9 +113,7 @@ static int begin(kmp_forward_formulation *f, double t, const double *y)
     if (take_before(f, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_forward_mapping *x = f->mapping;
-    /* Times of events before, by other columns, no longer count. */
-    x->follows = kmp_event_times_forget(&f->times, t);
-    f->event.last_t = NAN;
+    x->follows = follows;
     x->map.t = t;
     x->map.p = f->p;
     x->map.columns = f->v->count + 2 * f->p + x->map.held;

@@ -9,14 +9,10 @@
 
 /* -- terms ------------------------------------------------------------------------------------------------ */
 
-bool kmp_forward_terms_make(kmp_forward_terms *terms, kmp_arena *arena, int n)
+bool kmp_forward_terms_make(kmp_forward_terms *terms, kmp_arena *arena, int n, int columns)
 {
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, n, &terms->pace, &terms->pace_of_rates));
-}
-
-bool kmp_forward_terms_widen(kmp_forward_terms *terms, kmp_arena *arena, int n, int columns)
-{
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, n *columns, &terms->dq, &terms->dqd, &terms->span, &terms->speed));
+    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, n, &terms->pace, &terms->pace_of_rates),
+                          KMP_ROOM(double, n *columns, &terms->dq, &terms->dqd, &terms->span, &terms->speed));
 }
 
 /* The size of the quantity by which column k differentiates. */

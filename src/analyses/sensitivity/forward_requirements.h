@@ -19,9 +19,8 @@ typedef struct kmp_forward_terms {
     double *pace, *pace_of_rates; /* n: sums of the sizes of rates and accelerations */
 } kmp_forward_terms;
 
-/** Make room, of columns once or again. False: no memory. */
-bool kmp_forward_terms_make(kmp_forward_terms *terms, kmp_arena *arena, int n);
-bool kmp_forward_terms_widen(kmp_forward_terms *terms, kmp_arena *arena, int n, int columns);
+/** Makes room, once or again for other columns. False: no memory. */
+bool kmp_forward_terms_make(kmp_forward_terms *terms, kmp_arena *arena, int n, int columns);
 
 /** Begins the sums of sizes with the derivatives of the place, and with rounding of coordinates. */
 void kmp_forward_begin_terms(struct kmp_forward_formulation *f);

@@ -7,22 +7,17 @@
 #include <math.h>
 #include <string.h>
 
-bool kmp_event_times_make(kmp_event_times *times, kmp_arena *arena, const kempe_system *system)
+bool kmp_event_times_make(kmp_event_times *times, kmp_arena *arena, const kempe_system *system, int columns)
 {
     const int conditions = times->conditions = system->events.count;
+    times->columns = columns;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, conditions, &times->t, &times->along),
-                        KMP_ROOM(int, conditions, &times->cause), KMP_ROOM(double, system->n, &times->jerk),
+                        KMP_ROOM(int, conditions, &times->cause), KMP_ROOM(double, conditions *columns, &times->swings),
+                        KMP_ROOM(double, columns, &times->swing), KMP_ROOM(double, system->n, &times->jerk),
                         KMP_ROOM(double, system->m, &times->lambda_rate)))
         return false;
     (void)kmp_event_times_forget(times, NAN);
     return true;
-}
-
-bool kmp_event_times_widen(kmp_event_times *times, kmp_arena *arena, int columns)
-{
-    times->columns = columns;
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, columns, &times->swing),
-                          KMP_ROOM(double, times->conditions *columns, &times->swings));
 }
 
 /* -- derivatives of times -------------------------------------------------------------------------------- */

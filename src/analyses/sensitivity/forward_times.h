@@ -18,9 +18,8 @@ typedef struct kmp_event_times {
     double *along, *jerk, *lambda_rate; /* conditions, n, m: room */
 } kmp_event_times;
 
-/** Make room, of columns once or again, which forgets all changes. False: no memory. */
-bool kmp_event_times_make(kmp_event_times *times, kmp_arena *arena, const kempe_system *system);
-bool kmp_event_times_widen(kmp_event_times *times, kmp_arena *arena, int columns);
+/** Makes room, once or again for other columns, which forgets all changes. False: no memory. */
+bool kmp_event_times_make(kmp_event_times *times, kmp_arena *arena, const kempe_system *system, int columns);
 
 /** True if derivatives of two times are equal up to rounding; if they differ, NULL being zero. */
 bool kmp_same_swing(int count, const double *a, const double *b);
