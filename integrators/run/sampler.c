@@ -97,7 +97,7 @@ static bool is_true(const kmp_runner *run, int k)
 {
     const kmp_expr *e = comparison_of(run, k);
     int condition = run->sampler->condition[k];
-    bool holds = condition >= 0 && run->eval->mode[condition] > 0;
+    bool holds = condition >= 0 && run->eval->conditions.mode[condition] > 0;
     return condition >= 0 && holds != (e && (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST));
 }
 
