@@ -11,7 +11,7 @@ static inline void renew_solved_lanes(const kmp_evaluator *eval, int width, kmp_
     for (int lane = 0; lane < width; lane++) {
         kmp_lanes_set_one(lanes, KMP_IN_PARAMETER, lane, eval->system->parameters);
         kmp_lanes_set_one(lanes, KMP_IN_CHART, lane, eval->chart);
-        kmp_lanes_set_one(lanes, KMP_IN_MODE, lane, eval->mode);
+        kmp_lanes_set_one(lanes, KMP_IN_MODE, lane, eval->conditions.mode);
     }
     (void)kmp_lanes_run(lanes, KMP_STAGE_PARAMETERS);
 }

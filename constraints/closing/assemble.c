@@ -16,6 +16,7 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
@@ -140,14 +141,14 @@ static int first_without_start(const work *w, const groups *g, int group)
 /* Closes the rows of one group by its own coordinates; the others stay. */
 static void close_group(work *w, groups *g, int group)
 {
-    const bool *left_out = w->eval->left_out;
+    const bool *left_out = w->eval->unmet.left_out;
     unsigned state = 1;
     for (int k = 0; k < w->n; k++)
         g->hold[k] = w->guess->hold[k] || g->motion[k] != group;
     for (int r = 0; r < w->m; r++)
         g->left_out[r] = (left_out && left_out[r]) || g->row[r] != group;
     w->least.hold = g->hold;
-    w->eval->left_out = g->left_out;
+    w->eval->unmet.left_out = g->left_out;
     evaluate(w);
     double best = residual(w);
     copy(w, w->best, w->a->q);
@@ -173,7 +174,7 @@ static void close_group(work *w, groups *g, int group)
     if (w->apart && best <= w->near)
         refine(w);
     w->least.hold = w->guess->hold;
-    w->eval->left_out = left_out;
+    w->eval->unmet.left_out = left_out;
 }
 
 /* False: no memory. */
@@ -321,15 +322,15 @@ static void close_independent(work *w)
     size_t bytes = (size_t)w->m * sizeof(bool);
     bool *before = KMP_ARENA_NEW(&w->arena, bool, w->m), *dropped = w->a->dropped;
     for (int pass = 0; before && pass < MAX_CHOICES; pass++) {
-        w->eval->left_out = NULL;
+        w->eval->unmet.left_out = NULL;
         evaluate(w);
         memcpy(before, dropped, bytes);
         if (!choose_rows(w, dropped) || (pass > 0 && memcmp(before, dropped, bytes) == 0))
             break;
-        w->eval->left_out = dropped;
+        w->eval->unmet.left_out = dropped;
         refine(w);
     }
-    w->eval->left_out = dropped;
+    w->eval->unmet.left_out = dropped;
     evaluate(w);
 }
 
@@ -597,7 +598,7 @@ static bool is_closed(work *w)
 static bool search_by_vectors(work *w)
 {
     size_t bytes = (size_t)w->m * sizeof *w->a->dropped;
-    const bool *left_out = w->eval->left_out;
+    const bool *left_out = w->eval->unmet.left_out;
     double *q = KMP_ARENA_NEW(&w->arena, double, w->n);
     bool *dropped = KMP_ARENA_NEW(&w->arena, bool, w->m), turned = is_turned(w);
     if (!q || !dropped)
@@ -606,7 +607,7 @@ static bool search_by_vectors(work *w)
     memcpy(dropped, w->a->dropped, bytes);
     copy(w, w->a->q, w->from);
     memset(w->a->dropped, 0, bytes);
-    w->eval->left_out = NULL;
+    w->eval->unmet.left_out = NULL;
     if (turned || is_turned(w)) {
         w->least.vectors = &w->vectors;
         bool made = close_from_guess(w);
@@ -619,7 +620,7 @@ static bool search_by_vectors(work *w)
     if (!is_closed(w)) {
         copy(w, w->a->q, q);
         memcpy(w->a->dropped, dropped, bytes);
-        w->eval->left_out = left_out;
+        w->eval->unmet.left_out = left_out;
         evaluate(w);
     }
     return true;
@@ -636,7 +637,7 @@ static bool seek_goals(work *w)
     if (!kmp_goals_seek(w->s, w->guess->hold, w->a->q, goals))
         return false;
     w->a->iterations += goals->steps;
-    if (w->eval->left_out)
+    if (w->eval->unmet.left_out)
         close_independent(w);
     else if (w->m > 0)
         refine(w);

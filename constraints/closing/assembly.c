@@ -14,6 +14,7 @@
 #include "constraints/closing/static_start.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure.h"

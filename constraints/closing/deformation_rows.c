@@ -139,7 +139,7 @@ kempe_status kmp_deformation_rows_init(kmp_deformation_rows *x, const kempe_syst
 {
     *x = (kmp_deformation_rows){.s = s, .eval = kmp_eval_new(s, "tape"), .rests = c->rests, .t = c->t};
     KMP_TRY(kmp_made(s->context, x->eval));
-    x->eval->left_out = c->left_out;
+    x->eval->unmet.left_out = c->left_out;
     KMP_TRY(kmp_deformation_rows_choose(&x->part, x->eval, c));
     KMP_TRY(kmp_reduction_init(&x->red, x->eval, &x->part));
     const int n = s->n, p = x->part.p;

@@ -7,6 +7,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/partition.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

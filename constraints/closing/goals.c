@@ -18,6 +18,7 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

@@ -5,6 +5,7 @@
 #include "constraints/closing/random_walk.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "model/data/body.h"
@@ -94,7 +95,7 @@ static void leave_out(kmp_walk *w, const double *q)
         int r = w->rank >= 0 ? w->row_order[k] : k;
         w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
     }
-    w->eval->left_out = w->dropped;
+    w->eval->unmet.left_out = w->dropped;
 }
 
 bool kmp_walk_close(kmp_walk *w, double *q)
@@ -105,7 +106,7 @@ bool kmp_walk_close(kmp_walk *w, double *q)
     if (w->rank >= 0 || w->excluded)
         leave_out(w, q);
     bool closed = kmp_close(&closer, &rule, 0, q).closed;
-    w->eval->left_out = NULL;
+    w->eval->unmet.left_out = NULL;
     kmp_walk_evaluate(w, q);
     return closed;
 }

@@ -74,7 +74,7 @@ static int judge_pivots(const kmp_saddle *saddle)
 {
     kmp_eval_keep_rows(saddle->eval, saddle->position);
     for (int k = 0; k < saddle->r; k++)
-        if (!(saddle->eval->pivots[saddle->part->rows[k]] > 0))
+        if (!(saddle->eval->bodies.pivots[saddle->part->rows[k]] > 0))
             return 1 + k;
     return 0;
 }
@@ -84,7 +84,7 @@ bool kmp_saddle_keeps_digits(const kmp_saddle *saddle)
     const kmp_evaluator *eval = saddle->eval;
     for (int k = 0; k < saddle->r; k++) {
         const int row = saddle->part->rows[k];
-        if (!(eval->pivots[row] > KMP_SADDLE_PROGRAM_PIVOT * eval->diagonals[row]))
+        if (!(eval->bodies.pivots[row] > KMP_SADDLE_PROGRAM_PIVOT * eval->bodies.diagonals[row]))
             return false;
     }
     return true;
@@ -359,9 +359,9 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
         return;
     }
     if (saddle->kind == KMP_SADDLE_BY_BODIES) {
-        memcpy(qdd, eval->qdd, (size_t)saddle->n * sizeof *qdd);
+        memcpy(qdd, eval->bodies.qdd, (size_t)saddle->n * sizeof *qdd);
         for (int r = 0; lambda && r < eval->m; r++)
-            lambda[r] = saddle->position[r] >= 0 ? eval->multipliers[r] : 0;
+            lambda[r] = saddle->position[r] >= 0 ? eval->bodies.multipliers[r] : 0;
         return;
     }
     solve(saddle, eval->bias, eval->jdqd, lambda != NULL);

@@ -537,8 +537,9 @@ static kmp_evaluator *make_evaluator(const kempe_system *s)
     kmp_evaluator *eval = kmp_eval_new_for(s, "tape", NULL, waits ? KMP_EVAL_WEIGHS : KMP_EVAL_EVALUATES);
     if (!eval || !eval->weighs_only)
         return eval;
-    if (kmp_eval_add_articulated(eval) == KEMPE_OK && (eval->articulated || kmp_eval_add_composite(eval) == KEMPE_OK)) {
-        kmp_eval_set_by_bodies(eval, eval->articulated != NULL);
+    if (kmp_eval_add_articulated(eval) == KEMPE_OK &&
+        (eval->bodies.machine || kmp_eval_add_composite(eval) == KEMPE_OK)) {
+        kmp_eval_set_by_bodies(eval, eval->bodies.machine != NULL);
         return eval;
     }
     kmp_eval_free(eval);

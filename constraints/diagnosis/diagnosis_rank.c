@@ -5,6 +5,7 @@
 #include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure.h"
 #include <math.h>

@@ -7,7 +7,8 @@
 kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda)
 {
-    return (kmp_instant){t, q, qd, qdd, lambda, NULL, eval->mode, eval->chart, eval->chart_version, &eval->inputs};
+    return (kmp_instant){
+        t, q, qd, qdd, lambda, NULL, eval->conditions.mode, eval->chart, eval->chart_version, &eval->inputs};
 }
 
 /* -- outputs ----------------------------------------------------------------------------------------- */

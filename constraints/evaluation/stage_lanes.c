@@ -18,7 +18,8 @@ static void set_all_lanes(kmp_stage_lanes *stages, kmp_input_kind kind, const do
 
 static void set_modes(kmp_stage_lanes *stages)
 {
-    memcpy(stages->mode, stages->eval->mode, (size_t)stages->eval->system->events.count * sizeof *stages->mode);
+    memcpy(stages->mode, stages->eval->conditions.mode,
+           (size_t)stages->eval->system->events.count * sizeof *stages->mode);
     set_all_lanes(stages, KMP_IN_MODE, stages->mode);
 }
 
@@ -71,7 +72,7 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
     /* Parameters and charts that the evaluator has now. */
     const kmp_evaluator *eval = stages->eval;
     if (stages->mode &&
-        memcmp(stages->mode, eval->mode, (size_t)eval->system->events.count * sizeof *stages->mode) != 0)
+        memcmp(stages->mode, eval->conditions.mode, (size_t)eval->system->events.count * sizeof *stages->mode) != 0)
         set_modes(stages);
     if (stages->chart_version != eval->chart_version)
         set_charts(stages);

@@ -83,7 +83,7 @@ int kmp_eval_next_end(kmp_evaluator *eval, kmp_ends_judged judged, double t, con
 {
     const kmp_events *events = &eval->system->events;
     const double *change = NULL;
-    for (; eval->changes && *from < events->count; ++*from) {
+    for (; eval->conditions.machine && *from < events->count; ++*from) {
         const kmp_condition *c = &events->condition[*from];
         if (!c->ends || (c->late && !qdd) || (judged != KMP_ENDS_OF_RUN && !c->advice) ||
             (judged == KMP_ENDS_OF_PLACES && !is_of_places(eval->system->model, c)))

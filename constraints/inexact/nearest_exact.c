@@ -7,6 +7,7 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"

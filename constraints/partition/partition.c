@@ -5,6 +5,7 @@
 #include "constraints/partition/partition.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/coordinate_exchange.h"

@@ -120,7 +120,7 @@ static bool is_finite_without_mass(kmp_evaluator *eval, double t, const double *
     kmp_eval_closure(eval, t, q);
     kmp_eval_mass(eval);
     kmp_eval_bias(eval, qd);
-    const double *values = eval->by_products ? eval->bias : eval->qdd; /* of M x the bias has all operands */
+    const double *values = eval->by_products ? eval->bias : eval->bodies.qdd; /* of M x the bias has all operands */
     return kmp_all_finite(s->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
            kmp_all_finite(s->n, values);
 }
@@ -265,7 +265,7 @@ static bool accelerates(kmp_evaluator *eval, double t, const double *q)
         kmp_eval_closure(eval, t, q);
         kmp_eval_mass(eval);
         kmp_eval_bias(eval, still);
-        found = kmp_all_finite(n, eval->qdd) && kmp_eval_size(eval, eval->qdd) < KMP_ARTICULATED_DOUBTFUL;
+        found = kmp_all_finite(n, eval->bodies.qdd) && kmp_eval_size(eval, eval->bodies.qdd) < KMP_ARTICULATED_DOUBTFUL;
     }
     kmp_free(still);
     return found;

@@ -285,7 +285,7 @@ void kmp_writer_machine_free(kmp_writer_machine *w)
 void kmp_writer_machine_place(kmp_writer_machine *w, double t, const double *q)
 {
     if (w->reads[KMP_IN_MODE])
-        kmp_machine_set(w->machine, KMP_IN_MODE, w->eval->mode);
+        kmp_machine_set(w->machine, KMP_IN_MODE, w->eval->conditions.mode);
     if (w->reads[KMP_IN_TIME])
         kmp_machine_set(w->machine, KMP_IN_TIME, kmp_present_inputs_at(&w->eval->inputs, t));
     kmp_machine_set(w->machine, KMP_IN_Q, q);
@@ -328,7 +328,7 @@ bool kmp_writer_machine_is_stale(kmp_writer_machine *w)
 
 bool kmp_writer_machine_applies(kmp_writer_machine *w)
 {
-    return !kmp_writer_machine_is_stale(w) && (w->eval->frozen || w->eval->system->events.count == 0);
+    return !kmp_writer_machine_is_stale(w) && (w->eval->conditions.frozen || w->eval->system->events.count == 0);
 }
 
 /* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is the order

@@ -751,7 +751,7 @@ double kmp_reduced_program_power(const kmp_reduced_program *f)
 
 bool kmp_reduced_program_applies(kmp_reduced_program *f)
 {
-    if (f->by_saddle && f->red->eval->given)
+    if (f->by_saddle && f->red->eval->outer.given)
         return false;
     return kmp_writer_machine_applies(&f->made);
 }

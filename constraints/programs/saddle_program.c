@@ -492,7 +492,7 @@ long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *par
 
 bool kmp_saddle_program_applies(kmp_saddle_program *program)
 {
-    return kmp_writer_machine_applies(&program->made) && !program->eval->given;
+    return kmp_writer_machine_applies(&program->made) && !program->eval->outer.given;
 }
 
 bool kmp_saddle_program_is_stale(kmp_saddle_program *program)

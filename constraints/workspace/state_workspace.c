@@ -257,16 +257,16 @@ static kempe_status decide(kempe_workspace *ws, const double *Q)
     const size_t count = (size_t)ws->system->events.count;
     if (friction->kept) {
         kmp_eval_set_modes(ws->eval, friction->mode);
-        ws->eval->holds_friction = true;
+        ws->eval->conditions.holds_friction = true;
         return KEMPE_OK;
     }
-    ws->eval->given = Q;
+    ws->eval->outer.given = Q;
     kempe_status status = friction->decide(friction->self, ws->t, ws->q, ws->qd);
-    ws->eval->given = NULL;
+    ws->eval->outer.given = NULL;
     friction->decided = status == KEMPE_OK;
     if (status != KEMPE_OK)
         return kmp_workspace_fail(ws, "%s", kempe_context_message(ws->system->context));
-    memcpy(friction->mode, ws->eval->mode, count * sizeof *friction->mode);
+    memcpy(friction->mode, ws->eval->conditions.mode, count * sizeof *friction->mode);
     return KEMPE_OK;
 }
 
@@ -681,7 +681,7 @@ typedef struct state_rows {
 
 bool kmp_workspace_by_lanes(kempe_workspace *ws, int count)
 {
-    if (ws->eval->changes || ws->eval->nu || ws->system->force || count < W)
+    if (ws->eval->conditions.machine || ws->eval->nu || ws->system->force || count < W)
         return false;
     if (ws->many.stages.lanes)
         return true;

@@ -4,6 +4,7 @@
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
 #include "model/data/closure.h"

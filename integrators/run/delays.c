@@ -77,8 +77,8 @@ static const double *signals_at(kmp_runner *run, double t, const double *q, cons
     kmp_machine_set(machine, KMP_IN_CHART, run->eval->chart);
     kmp_machine_set(machine, KMP_IN_Q, q);
     kmp_machine_set(machine, KMP_IN_QD, qd);
-    if (run->eval->mode)
-        kmp_machine_set(machine, KMP_IN_MODE, run->eval->mode);
+    if (run->eval->conditions.mode)
+        kmp_machine_set(machine, KMP_IN_MODE, run->eval->conditions.mode);
     (void)kmp_machine_run(machine, BEFORE);
     return kmp_machine_run(machine, SIGNALS);
 }

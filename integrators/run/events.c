@@ -59,7 +59,7 @@ static int look_at(void *self, double t, kmp_event_probe *probe)
     }
     for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
         if (c->search.solved[i] > 0)
-            memcpy(probe->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
+            memcpy(probe->solved + at, c->eval->conditions.solved[i], (size_t)c->search.solved[i] * sizeof(double));
     note_outside(c, probe->change);
     return KEMPE_OK;
 }
@@ -694,7 +694,7 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
         return NULL;
     find_never(c);
     kmp_event_tracker_begin_past(system, c->past);
-    kmp_event_tracker_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
+    kmp_event_tracker_take(c, plan->eval->conditions.mode, system->parameters, &plan->eval->inputs, c->past);
     return c;
 }
 

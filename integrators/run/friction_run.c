@@ -3,6 +3,7 @@
 #include "integrators/run/friction_run.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
@@ -58,7 +59,7 @@ kmp_shared_saddle *kmp_friction_saddle(const kmp_runner *run)
 
 static bool holds(const kmp_runner *run, int condition)
 {
-    return run->s->events.condition[condition].role == KMP_ROLE_HELD && run->eval->mode[condition] != 0;
+    return run->s->events.condition[condition].role == KMP_ROLE_HELD && run->eval->conditions.mode[condition] != 0;
 }
 
 static bool holds_the_same(const kmp_runner *run, const bool *as)
@@ -186,7 +187,7 @@ static void put(void *self, int condition, double input)
         if (row >= 0)
             run->sticking.held->out[row] = input == 0;
     }
-    if (run->eval->mode[condition] != input)
+    if (run->eval->conditions.mode[condition] != input)
         kmp_eval_set_kink(run->eval, condition, input);
 }
 
@@ -219,7 +220,7 @@ static const double *all_rows(kmp_runner *run, double t, const double *q)
     const size_t place = (size_t)s->n * sizeof *q, modes = (size_t)s->events.count * sizeof(double);
     if (held->placed && held->t == t && memcmp(held->place, q, place) == 0)
         return held->entry;
-    memcpy(held->mode, run->eval->mode, modes);
+    memcpy(held->mode, run->eval->conditions.mode, modes);
     for (int i = 0; i < run->sticking.friction->count; i++) {
         const kmp_friction_element *e = &run->sticking.friction->element[i];
         const int slot = e->slot;
@@ -230,7 +231,7 @@ static const double *all_rows(kmp_runner *run, double t, const double *q)
     kmp_eval_closure(run->eval, t, q);
     memcpy(held->entry, run->eval->jacobian, (size_t)s->jacobian.count * sizeof *held->entry);
     for (int k = 0; k < s->events.count; k++) {
-        if (run->eval->mode[k] != held->mode[k])
+        if (run->eval->conditions.mode[k] != held->mode[k])
             kmp_eval_set_kink(run->eval, k, held->mode[k]);
         if (s->events.condition[k].role == KMP_ROLE_HELD && held->row_of[k] >= 0)
             held->out[held->row_of[k]] = held->mode[k] == 0;

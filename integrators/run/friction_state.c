@@ -81,9 +81,9 @@ static void let_go(kmp_evaluator *eval, bool contacts)
 
 void kmp_friction_state_release(kmp_evaluator *eval)
 {
-    if (eval->holds_friction)
+    if (eval->conditions.holds_friction)
         let_go(eval, false);
-    eval->holds_friction = false;
+    eval->conditions.holds_friction = false;
 }
 
 void kmp_friction_state_open(kmp_evaluator *eval)
@@ -94,7 +94,7 @@ void kmp_friction_state_open(kmp_evaluator *eval)
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i)
 {
     const kmp_runner *run = state->site;
-    const double *mode = run->eval->mode + run->sticking.friction->element[i].slot;
+    const double *mode = run->eval->conditions.mode + run->sticking.friction->element[i].slot;
     if (!state->view[i].contact)
         return KMP_HELD_NOT;
     if (mode[KMP_ROLE_HELD - KMP_ROLE_SENSE] != 0)
@@ -120,8 +120,8 @@ void kmp_friction_state_evaluate(kmp_friction_state *x, double t, const double *
     for (int i = 0; i < x->count; i++)
         x->view[i].off = f->element[i].base >= 0 && !f->element[f->element[i].base].pinned;
     kmp_eval_freeze(run->eval, t, run->room.state, run->room.state + n);
-    run->eval->frozen = false;
-    run->eval->holds_friction = true;
+    kmp_eval_unfreeze(run->eval);
+    run->eval->conditions.holds_friction = true;
     kmp_eval_all_changes(run->eval, t, run->room.state, run->room.state + n, run->room.qdd, run->room.lambda,
                          run->sticking.friction->change);
 }

@@ -88,7 +88,7 @@ kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const
                         "unknown friction of a workspace '%s'; choose slip, stick or none", friction);
     kempe_workspace *ws = NULL;
     KMP_TRY(kmp_workspace_new(system, &ws));
-    ws->eval->holds_friction = none; /* its inputs are zero */
+    ws->eval->conditions.holds_friction = none; /* its inputs are zero */
     kmp_friction_state *state = NULL;
     bool slips = true;
     kempe_status status = sticks ? kmp_friction_state_new(ws->eval, &state, &slips) : KEMPE_OK;

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "dynamics/program_cache.h"
 #include "integrators/formulations/run_log.h"
 #include "model/data/islands.h"

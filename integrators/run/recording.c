@@ -85,7 +85,7 @@ static void transfer_surroundings(kmp_runner *run, kmp_number_stream *stream)
     kmp_present_inputs *inputs = &run->eval->inputs;
     _Static_assert(sizeof *inputs->piece % sizeof(double) == 0, "pieces are transferred as numbers");
     int piece = (int)(sizeof *inputs->piece / sizeof(double));
-    kmp_stream_numbers(stream, run->s->events.count, run->eval->mode);
+    kmp_stream_numbers(stream, run->s->events.count, run->eval->conditions.mode);
     kmp_stream_numbers(stream, piece * inputs->count, (double *)inputs->piece);
     if (run->eval->nu)
         kmp_stream_numbers(stream, run->s->m, run->eval->nu);
@@ -295,7 +295,7 @@ static kempe_status stand_at(kmp_recording *r, const step *at)
     if (!s->known)
         return KEMPE_E_FAILED;
     transfer_surroundings(run, &stream);
-    kmp_eval_set_modes(run->eval, run->eval->mode);
+    kmp_eval_set_modes(run->eval, run->eval->conditions.mode);
     if (r->present != at->stretch) {
         r->present = -1;
         KMP_TRY(stand_in(run, s));

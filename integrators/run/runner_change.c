@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
@@ -128,7 +129,7 @@ kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
 
 const double *kmp_runner_modes(const kmp_runner *run)
 {
-    return run->eval->mode;
+    return run->eval->conditions.mode;
 }
 
 double kmp_runner_rate_scale(const kmp_runner *run)

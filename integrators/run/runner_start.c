@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/partition/undetermined_loads.h"

@@ -4,6 +4,7 @@
 #include "integrators/run/runner_visits.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"

@@ -54,7 +54,8 @@ double kmp_runner_pause(const kmp_runner *run)
 /* The end of a step from t on by the functions of time. */
 static double end_of_interval(const kmp_runner *run, double t)
 {
-    const double end = kmp_time_scales_end(&run->scales, t);
+    /* An end that differs from t by rounding is behind. */
+    const double behind = kmp_last_equal(t), end = kmp_time_scales_end(&run->scales, behind);
     const kmp_time_scales *at_rest = &run->scales_at_rest;
     bool rests = run->events.watch_loads;
     for (int i = 0; run->sticking.friction && isfinite(at_rest->shortest) && i < run->sticking.friction->count; i++) {
@@ -63,7 +64,7 @@ static double end_of_interval(const kmp_runner *run, double t)
     }
     return !rests || isinf(at_rest->shortest)
                ? end
-               : fmin(end, at_rest->open ? t + at_rest->shortest : kmp_time_scales_end(at_rest, t));
+               : fmin(end, at_rest->open ? t + at_rest->shortest : kmp_time_scales_end(at_rest, behind));
 }
 
 double kmp_runner_limit(const kmp_runner *run, double t)
@@ -96,7 +97,7 @@ static bool is_true(const kmp_runner *run, int k)
 {
     const kmp_expr *e = comparison_of(run, k);
     int condition = run->sampler->condition[k];
-    bool holds = condition >= 0 && run->eval->mode[condition] > 0;
+    bool holds = condition >= 0 && run->eval->conditions.mode[condition] > 0;
     return condition >= 0 && holds != (e && (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST));
 }
 

@@ -20,6 +20,7 @@ enum {
     DEEPEST = 26,           /* halvings: a jump is not resolved further */
     MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
     MOST_HALVINGS = 500000, /* of a study: a second for a short function */
+    MOST_FINE = 50000,      /* of one by the range of the functions, which may be small against their values */
     CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
 };
 /* Part of the range of a function by which it may differ from a straight line within half an interval; and part of its
@@ -43,7 +44,8 @@ typedef struct study {
     double shortest, longest;
     double late;                       /* s, by which the functions act after their time: of signals with a delay */
     double least[MOST], largest[MOST]; /* values so far */
-    double size[MOST];                 /* their range */
+    double size[MOST];                 /* their range, or where that leads to too many intervals the largest modulus */
+    bool coarse;                       /* the latter */
 } study;
 
 static bool has_time(const kmp_expr *e)
@@ -171,7 +173,8 @@ static void values_at(study *s, const double *parameters, double t, double *valu
             continue;
         s->least[k] = fmin(s->least[k], value[k]);
         s->largest[k] = fmax(s->largest[k], value[k]);
-        s->size[k] = fmax(s->largest[k] - s->least[k], ROUNDED * fmax(fabs(s->least[k]), fabs(s->largest[k])));
+        const double modulus = fmax(fabs(s->least[k]), fabs(s->largest[k]));
+        s->size[k] = s->coarse ? modulus : fmax(s->largest[k] - s->least[k], ROUNDED * modulus);
     }
 }
 
@@ -197,7 +200,7 @@ typedef enum knowledge { BY_BOUNDS, BY_VALUES, BY_PARTS } knowledge;
 /* True if some functions change in more intervals than are kept, or were not known after many halvings. */
 static bool ended_early(const study *s)
 {
-    return s->ends >= MOST_INTERVALS || s->halvings >= MOST_HALVINGS;
+    return s->ends >= MOST_INTERVALS || s->halvings >= (s->coarse ? MOST_HALVINGS : MOST_FINE);
 }
 
 /* Bounds do not know a function around a place where it is continuous by jumps that cancel, as a periodic table where a
@@ -245,6 +248,21 @@ static void divide(study *s, const double *parameters, double from, double to)
     s->all_halvings += s->halvings;
 }
 
+/* Divides a span, twice where the first division has found values that are much larger than those before it. */
+static void divide_twice(study *s, const double *parameters, const double span[2])
+{
+    double value[MOST], before[MOST];
+    bool grown = false;
+    for (int k = 0; k <= FIRST; k++)
+        values_at(s, parameters, span[0] + k * (span[1] - span[0]) / FIRST, value);
+    memcpy(before, s->size, sizeof before);
+    divide(s, parameters, span[0], span[1]);
+    for (int k = 0; k < s->count; k++)
+        grown = grown || s->size[k] > 2 * before[k];
+    if (grown)
+        divide(s, parameters, span[0], span[1]);
+}
+
 /* Adds the intervals of a study to the intervals of others. False: no memory. */
 static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
 {
@@ -278,17 +296,10 @@ static bool find_together(study *s, const double *parameters, const double span[
         found->varies = found->varies || program->input[k].kind != KMP_IN_TIME;
     s->aside = &aside;
     if (s->bounds) {
-        /* Twice where the first division has found values that are much larger than those before it. */
-        double value[MOST], before[MOST];
-        bool grown = false;
-        for (int k = 0; k <= FIRST; k++)
-            values_at(s, parameters, span[0] + k * (span[1] - span[0]) / FIRST, value);
-        memcpy(before, s->size, sizeof before);
-        divide(s, parameters, span[0], span[1]);
-        for (int k = 0; k < s->count; k++)
-            grown = grown || s->size[k] > 2 * before[k];
-        if (grown)
-            divide(s, parameters, span[0], span[1]);
+        for (int coarse = 0; coarse < 2 && (coarse == 0 || ended_early(s)); coarse++) {
+            s->coarse = coarse > 0;
+            divide_twice(s, parameters, span);
+        }
     }
     bool made = s->bounds && !aside.failed;
     if (made && (s->which != KMP_TIMED_SHORT || s->longest >= CONTRAST * s->shortest))
@@ -394,6 +405,12 @@ static bool is_parameter(const kmp_expr *e, const void *user)
     return e->kind == KMP_EXPR_PARAMETER;
 }
 
+/* A part that may be short, by parameters; a factor of it changes no width. */
+static bool is_short_by_parameters(const kmp_expr *e, const void *user)
+{
+    return may_be_short(e, user) && kmp_expr_find_named(e->kind == KMP_EXPR_DIV ? e->b : e, is_parameter, user);
+}
+
 const char *kmp_time_scales_varying(const kempe_model *model)
 {
     int count = MOST;
@@ -402,7 +419,7 @@ const char *kmp_time_scales_varying(const kempe_model *model)
         add_all(&s);
         count = s.count;
         for (int k = 0; k < count; k++)
-            if (kmp_expr_find(s.function[k], is_parameter, NULL))
+            if (kmp_expr_find_named(s.function[k], is_short_by_parameters, NULL))
                 return s.name[k];
     }
     return NULL;

@@ -186,7 +186,7 @@ kempe_status kmp_picture_forces_of_run(kmp_picture_forces *arrows, const kempe_s
 
 kempe_status kmp_picture_forces_of_inverse(kmp_picture_forces *arrows, const kempe_inverse *r)
 {
-    const int stride = choose_stride(r->rows, r->loops + r->joints, 0), loads = r->reactions.loads;
+    const int stride = choose_stride(r->rows, kmp_inverse_load_count(r), 0), loads = r->reactions.loads;
     arrows->count = count_instants(r->rows, stride);
     arrows->x = KMP_ARENA_NEW(&arrows->arena, double, arrows->count + 1);
     arrows->load = KMP_ARENA_NEW(&arrows->arena, double, (size_t)arrows->count *(size_t)loads + 1);
@@ -196,10 +196,9 @@ kempe_status kmp_picture_forces_of_inverse(kmp_picture_forces *arrows, const kem
         double *load = arrows->load + (ptrdiff_t)k * loads;
         arrows->x[k] = r->t[row];
         memset(load, 0, (size_t)loads * sizeof *load);
-        for (int l = 0; l < r->loops + r->joints; l++) {
-            const int place = l < r->loops ? r->loop[l] : kmp_model_closure_count(r->system->model) + l - r->loops;
-            memcpy(load + KMP_LOAD_VALUES * place, kmp_inverse_part(r, row, r->at.force + 3 * l), 3 * sizeof *load);
-        }
+        for (int l = 0; l < kmp_inverse_load_count(r); l++)
+            memcpy(load + KMP_LOAD_VALUES * kmp_inverse_load_place(r, l), kmp_inverse_part(r, row, r->at.force + 3 * l),
+                   3 * sizeof *load);
     }
     arrows->of = &r->reactions;
     return KEMPE_OK;

@@ -114,8 +114,8 @@ static kempe_status fill_inverse(kmp_result_page *page, const void *result)
     const kempe_inverse *r = result;
     kmp_page_set_outcome(page, kempe_inverse_outcome(r), r->reason, r->warnings, "inverse dynamics");
     page->head.answer = kmp_is_complete(r->status)
-                            ? kmp_arena_printf(&page->arena, "Forces of %d actuator%s at %d instants", r->a,
-                                               r->a == 1 ? "" : "s", r->rows)
+                            ? kmp_arena_printf(&page->arena, "Forces of %d actuator%s at %d instants",
+                                               r->actuators.count, r->actuators.count == 1 ? "" : "s", r->rows)
                             : kmp_arena_printf(&page->arena, "Stopped after %d instants", r->rows);
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &page->head.text));
     KMP_TRY(kempe_inverse_table(r, "rows", &page->curves.table));

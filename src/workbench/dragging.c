@@ -62,7 +62,7 @@ static bool choose_watched(kmp_dragging *d)
 static bool close_loops(kmp_dragging *d, double *q)
 {
     const bool closed = kmp_walk_close(d->walk, q);
-    d->walk->eval->left_out = d->walk->rank >= 0 || d->walk->excluded ? d->walk->dropped : NULL;
+    d->walk->eval->unmet.left_out = d->walk->rank >= 0 || d->walk->excluded ? d->walk->dropped : NULL;
     return closed;
 }
 

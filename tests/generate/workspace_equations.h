@@ -30,16 +30,16 @@ static inline void take_modes(kmp_evaluator *eval, const state *s)
 {
     const kempe_model *model = eval->system->model;
     const kmp_events *events = &eval->system->events;
-    eval->holds_friction = true;
+    eval->conditions.holds_friction = true;
     for (int k = 0; k < events->count; k++) {
         int element = 0;
         for (int f = 0; events->condition[k].role && kmp_model_force(model, f) != events->condition[k].of; f++)
             element += kmp_force_has_modes(kmp_model_force(model, f));
         if (events->condition[k].role)
-            eval->mode[k] = s->mode[element * (KMP_ROLES_OF_ALL) + (int)events->condition[k].role - 1];
+            eval->conditions.mode[k] = s->mode[element * (KMP_ROLES_OF_ALL) + (int)events->condition[k].role - 1];
     }
     if (events->count > 0)
-        kmp_eval_set_modes(eval, eval->mode);
+        kmp_eval_set_modes(eval, eval->conditions.mode);
 }
 
 /* M, C, h, J by rows, jdqd, as the functions give them. */

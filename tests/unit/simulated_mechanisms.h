@@ -95,8 +95,7 @@ static const kempe_equations pendulum = {.name = "pendulum",
                                          .parameter_fixed = pendulum_fixed,
                                          .input_values = nothing,
                                          .rank_tolerance = 1e-10,
-                                         .start_q = pendulum_start,
-                                         .start_qd = nothing,
+                                         .start = {.q = pendulum_start, .qd = nothing},
                                          .prepare = pendulum_prepare,
                                          .closures = pendulum_closures,
                                          .motion = pendulum_motion,
@@ -171,8 +170,8 @@ static const double crank_start[] = {0.4, -0.1, 1.2}, crank_rates[] = {SPIN, 0, 
 
 #define CRANK_EQUATIONS                                                                                                \
     .hash = "", .coordinates = 3, .coordinate_names = crank_coordinates, .row_names = crank_rows,                      \
-    .coordinate_kind = crank_kinds, .scale = ones, .row_scale = ones, .rank_tolerance = 1e-10, .start_q = crank_start, \
-    .start_qd = crank_rates
+    .coordinate_kind = crank_kinds, .scale = ones, .row_scale = ones, .rank_tolerance = 1e-10,                         \
+    .start = {.q = crank_start, .qd = crank_rates}
 
 static const kempe_equations slider_crank = {CRANK_EQUATIONS, .name = "slider crank",     .rows = 2,
                                              .freedom = 1,    .closures = crank_closures, .motion = crank_motion};
@@ -240,8 +239,7 @@ static const kempe_equations parallelogram = {.name = "parallelogram",
                                               .scale = ones,
                                               .row_scale = ones,
                                               .rank_tolerance = 1e-10,
-                                              .start_q = parallelogram_start,
-                                              .start_qd = nothing,
+                                              .start = {.q = parallelogram_start, .qd = nothing},
                                               .closures = parallelogram_closures,
                                               .motion = parallelogram_motion};
 
@@ -319,8 +317,7 @@ static const kempe_equations spring = {.name = "spring",
                                        .parameter_values = spring_values,
                                        .input_values = nothing,
                                        .rank_tolerance = 1e-10,
-                                       .start_q = ones,
-                                       .start_qd = nothing,
+                                       .start = {.q = ones, .qd = nothing},
                                        .prepare = spring_prepare,
                                        .motion = spring_motion,
                                        .changes = spring_changes,
@@ -346,8 +343,7 @@ static const kempe_equations runaway = {.name = "runaway",
                                         .coordinate_kind = translations,
                                         .scale = ones,
                                         .rank_tolerance = 1e-10,
-                                        .start_q = ones,
-                                        .start_qd = runaway_rate,
+                                        .start = {.q = ones, .qd = runaway_rate},
                                         .motion = runaway_motion};
 
 /* -- the same spring as a kink of |x| ------------------------------------------------------------------------------ */
@@ -378,8 +374,7 @@ static const kempe_equations kinked = {.name = "kinked",
                                        .condition_kind = kinked_kinds,
                                        .scale = ones,
                                        .rank_tolerance = 1e-10,
-                                       .start_q = ones,
-                                       .start_qd = nothing,
+                                       .start = {.q = ones, .qd = nothing},
                                        .motion = kinked_motion,
                                        .changes = kinked_changes,
                                        .watch = &watch_x};
@@ -411,8 +406,7 @@ static const kempe_equations dragged = {.name = "dragged",
                                         .condition_kind = kinked_kinds,
                                         .scale = ones,
                                         .rank_tolerance = 1e-10,
-                                        .start_q = ones,
-                                        .start_qd = nothing,
+                                        .start = {.q = ones, .qd = nothing},
                                         .early = 1,
                                         .motion = dragged_motion,
                                         .changes = dragged_changes,
@@ -439,8 +433,7 @@ static const kempe_equations relaxing = {.name = "relaxing",
                                          .coordinate_kind = translations,
                                          .scale = ones,
                                          .rank_tolerance = 1e-10,
-                                         .start_q = nothing,
-                                         .start_qd = ones,
+                                         .start = {.q = nothing, .qd = ones},
                                          .motion = relaxing_motion};
 
 /* -- a force that pushes against its own condition: it changes back and forth ------------------------------------ */
@@ -469,8 +462,7 @@ static const kempe_equations chatter = {.name = "chatter",
                                         .condition_kind = spring_kinds,
                                         .scale = ones,
                                         .rank_tolerance = 1e-10,
-                                        .start_q = ones,
-                                        .start_qd = ones,
+                                        .start = {.q = ones, .qd = ones},
                                         .motion = chatter_motion,
                                         .changes = chatter_changes,
                                         .watch = &watch_rate};
@@ -515,18 +507,17 @@ static const kempe_equations sampled = {.name = "sampled",
                                         .condition_kind = spring_kinds,
                                         .scale = ones,
                                         .rank_tolerance = 1e-10,
-                                        .start_q = sampled_start,
-                                        .start_qd = nothing,
+                                        .start = {.q = sampled_start, .qd = nothing},
                                         .motion = sampled_motion,
                                         .changes = sampled_changes,
                                         .watch = &watch_x,
-                                        .discrete = 2,
-                                        .discrete_at = sampled_at,
-                                        .discrete_period = sampled_period,
-                                        .discrete_condition = sampled_condition,
-                                        .discrete_sense = sampled_sense,
-                                        .discrete_settles = sampled_settles,
-                                        .next = sampled_next};
+                                        .discrete = {.states = 2,
+                                                     .place = sampled_at,
+                                                     .period = sampled_period,
+                                                     .condition = sampled_condition,
+                                                     .sense = sampled_sense,
+                                                     .settles = sampled_settles,
+                                                     .next = sampled_next}};
 
 /* -- a block slides down a slope with friction, a part of the multiplier's size; it is negative ------------------- */
 
@@ -569,8 +560,7 @@ static const kempe_equations block = {.name = "block",
                                       .scale = ones,
                                       .row_scale = ones,
                                       .rank_tolerance = 1e-10,
-                                      .start_q = nothing,
-                                      .start_qd = nothing,
+                                      .start = {.q = nothing, .qd = nothing},
                                       .closures = block_closures,
                                       .motion = block_motion,
                                       .loads = block_loads};
@@ -614,8 +604,7 @@ static const kempe_equations ramp = {.name = "ramp",
                                      .scale = ones,
                                      .row_scale = ones,
                                      .rank_tolerance = 1e-10,
-                                     .start_q = ramp_start,
-                                     .start_qd = ramp_rates,
+                                     .start = {.q = ramp_start, .qd = ramp_rates},
                                      .closures = ramp_closures,
                                      .motion = ramp_motion,
                                      .changes = ramp_changes,
@@ -673,7 +662,7 @@ static const char *const pair_jacobian_zeros[] = {"xxx000", "xx0000", "000xxx", 
 #define PAIR_EQUATIONS                                                                                                 \
     .name = "pair", .hash = "", .coordinates = 6, .rows = 4, .freedom = 2, .coordinate_names = pair_names,             \
     .row_names = parallelogram_rows, .coordinate_kind = pair_kinds, .scale = ones, .row_scale = ones,                  \
-    .rank_tolerance = 1e-10, .start_q = pair_start, .start_qd = pair_rates, .closures = pair_closures,                 \
+    .rank_tolerance = 1e-10, .start = {.q = pair_start, .qd = pair_rates}, .closures = pair_closures,                  \
     .motion = pair_motion
 
 static const kempe_equations pair = {PAIR_EQUATIONS};

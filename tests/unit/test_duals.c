@@ -71,7 +71,8 @@ static void compare(const kempe_system *system, const char *name)
         if (k == 1)
             memset(p.qdd, 0, sizeof p.qdd);
         kmp_eval_freeze(eval, 0.7, p.q, p.qd);
-        kmp_instant at = {0.7, p.q, p.qd, p.qdd, p.lambda, NULL, eval->mode, eval->chart, eval->chart_version, NULL};
+        kmp_instant at = {
+            0.7, p.q, p.qd, p.qdd, p.lambda, NULL, eval->conditions.mode, eval->chart, eval->chart_version, NULL};
         for (int block = 0; block < KMP_TANGENT_BLOCKS; block++) {
             double worst = block_distance(&few, &many, &at, block);
             if (!(worst < 1e-11))

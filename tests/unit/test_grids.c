@@ -242,7 +242,7 @@ static void compare_all(const loaded *l, met *all)
         all->condition = part.pivots[0] / part.pivots[part.r - 1];
         compare_reduced(eval, &part, qd, x, all);
         compare_saddle(eval, &part, x, all);
-        if (bodies && kmp_eval_add_articulated(bodies) == KEMPE_OK && bodies->articulated) {
+        if (bodies && kmp_eval_add_articulated(bodies) == KEMPE_OK && bodies->bodies.machine) {
             kmp_eval_set_by_bodies(bodies, true);
             place(bodies, q, qd);
             compare_saddle(bodies, &part, x, all);

@@ -158,7 +158,7 @@ static double effort_of_cylinder(double t)
 
 static void compare_cylinder(const kempe_inverse *r, int rows)
 {
-    CHECK(r && r->rows == rows && r->freedoms == 1 && r->hold > 0.99);
+    CHECK(r && r->rows == rows && r->balance.freedoms == 1 && r->balance.hold > 0.99);
     for (int row = 0; r && row < r->rows; row++)
         CHECK_NEAR(tau_at(r, row)[0], effort_of_cylinder(r->t[row]), 1e-6);
 }
@@ -322,7 +322,7 @@ static void the_platform_comes_back(void)
             t[row] = r->t[row];
             tau[row] = tau_at(r, row)[k];
         }
-        slides[k] = r->actuator[k];
+        slides[k] = r->actuators.coordinate[k];
         CHECK_TEXT(kempe_model_coordinate_name(free_one.model, slides[k]),
                    kempe_model_coordinate_name(led.model, slides[k]));
         p.effort[k] = kmp_table_new(KMP_TABLE_CUBIC, rows, t, tau);
@@ -393,7 +393,7 @@ static void reactions_are_the_outputs(void)
     kempe_inverse *r = invert(&m, &(kempe_inverse_options){.actuators = "arm"}, KEMPE_OK);
     kmp_evaluator *eval = kmp_eval_new(m.system, "tape");
     double size[2] = {0};
-    CHECK(r && r->loops == 1);
+    CHECK(r && r->loads.loops == 1);
     if (r) {
         const double *shown = kmp_eval_shown(eval, 0, q_at(r, 0), qd_at(r, 0), qdd_at(r, 0), lambda_at(r, 0));
         for (int k = 0; k < 6; k++) {
@@ -456,7 +456,7 @@ static void friction_by_a_load(void)
     CHECK(text && strstr(text, "driven by 'd'\n"));
     kempe_text_free(text);
     kempe_check_free(check);
-    CHECK(r && r->a == 1 && kempe_inverse_dof(r) == 1);
+    CHECK(r && r->actuators.count == 1 && kempe_inverse_dof(r) == 1);
     for (int row = 0; r && row < r->rows; row++) {
         const double t = r->t[row], rub = cos(2 * t) > 0 ? 6 : -6;
         CHECK_NEAR(tau_at(r, row)[0], -4 * sin(2 * t) + rub, 1e-12);
@@ -493,7 +493,7 @@ static void friction_by_a_load(void)
 static void solve_dense(const loaded *m, const kempe_inverse *r, int row, const double *weight, double *tau)
 {
     const kempe_system *s = m->system;
-    int n = s->n, rows = s->m, a = r->a, size = a + rows + n;
+    int n = s->n, rows = s->m, a = r->actuators.count, size = a + rows + n;
     kmp_evaluator *eval = kmp_eval_new(s, "tape");
     double *matrix = calloc((size_t)(size * size), sizeof *matrix), *rhs = calloc((size_t)size, sizeof *rhs);
     double *x = calloc((size_t)size, sizeof *x), *mass = calloc((size_t)(n * n), sizeof *mass);
@@ -507,7 +507,7 @@ static void solve_dense(const loaded *m, const kempe_inverse *r, int row, const 
             rhs[a + rows + i] += mass[i + k * n] * qdd_at(r, row)[k];
     }
     for (int k = 0; k < a; k++) {
-        int at = r->actuator[k];
+        int at = r->actuators.coordinate[k];
         matrix[k + k * size] = weight[k] * s->scale[at] * s->scale[at];
         matrix[k + (a + rows + at) * size] = -1;
         matrix[a + rows + at + k * size] = 1;

@@ -6,6 +6,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "loaded.h"
 #include "model/data/start.h"
 #include "studies/simulate/trajectory.h"

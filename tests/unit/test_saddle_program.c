@@ -66,7 +66,7 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
 {
     *b = (bench){.eval = kmp_eval_new(s, "native"), .by_mass = kmp_eval_new(s, "tape")};
     if (by_bodies) {
-        CHECK(kmp_eval_add_articulated(b->eval) == KEMPE_OK && b->eval->articulated);
+        CHECK(kmp_eval_add_articulated(b->eval) == KEMPE_OK && b->eval->bodies.machine);
         kmp_eval_set_by_bodies(b->eval, true);
     }
     kmp_eval_closure(b->eval, at->t[0], at->q);

@@ -285,7 +285,7 @@ static void a_condition_that_is_not_decided_is_named(void)
     turning.name = "turning";
     turning.condition_names = names;
     turning.condition_kind = kinds;
-    turning.start_qd = fast;
+    turning.start.qd = fast;
     turning.motion = turning_motion;
     turning.changes = turning_changes;
     turning.watch = &watch;

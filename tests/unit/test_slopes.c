@@ -144,7 +144,8 @@ static double distance(int count, const double *plus, const double *minus, doubl
 static kmp_instant instant_of(const fixture *f, const point *x)
 {
     const kmp_evaluator *p = f->eval;
-    return (kmp_instant){x->t, x->q, x->qd, x->qdd, x->lambda, NULL, p->mode, p->chart, p->chart_version, NULL};
+    return (kmp_instant){x->t, x->q, x->qd, x->qdd, x->lambda, NULL, p->conditions.mode, p->chart, p->chart_version,
+                         NULL};
 }
 
 /* One parameter by differences of best step and exactly. */

@@ -83,7 +83,7 @@ static void check_power(const char *name, kempe_system *system, bool pushed)
     for (int k = 0; at && k < 2; k++) {
         kmp_evaluator *eval = kmp_eval_new(system, backends[k]);
         CHECK(eval && kmp_eval_add_articulated(eval) == KEMPE_OK);
-        double apart = power_apart(eval, at, false), bodies = eval->articulated ? power_apart(eval, at, true) : 0;
+        double apart = power_apart(eval, at, false), bodies = eval->bodies.machine ? power_apart(eval, at, true) : 0;
         printf("  %s, %s: %.1e, %.1e\n", name, backends[k], apart, bodies);
         CHECK(apart < 1e-12 && bodies < 1e-12);
         kmp_eval_free(eval);

@@ -109,8 +109,9 @@ static void hills(void)
 /* Functions that change everywhere alike, or slowly, need no limit of steps. */
 static void no_pulses(void)
 {
-    static const char *const forces[] = {"sin(300*t)", "exp(sin(3*t))", "exp(-0.3*t)", "t^4 - 3*t",
-                                         "1/(1 + t)",  "sqrt(1 + t^2)", "p(t)"};
+    static const char *const forces[] = {"sin(300*t)", "exp(sin(3*t))", "exp(-0.3*t)",
+                                         "t^4 - 3*t",  "1/(1 + t)",     "sqrt(1 + t^2)",
+                                         "p(t)",       "1e5 + exp(-t)", "sqrt(cos(7*t)^2 + sin(7*t)^2)"};
     for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
         loaded l = pulsed(forces[k]);
         CHECK(l.model && !(kmp_time_scales_shortest(l.model) > 0));

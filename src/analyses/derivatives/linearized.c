@@ -147,7 +147,7 @@ kempe_status kmp_linear_close(kmp_linear *l, double t, const double *q, const do
     memcpy(l->q, q, (size_t)l->n * sizeof *q);
     memset(l->qd, 0, (size_t)l->n * sizeof *l->qd);
     if (!l->held)
-        eval->frozen = false;
+        kmp_eval_unfreeze(eval);
     if (kmp_reduction_close(&l->red, t, l->q, NULL, 0))
         return KEMPE_E_FAILED;
     kmp_eval_closure(eval, t, l->q);

@@ -10,6 +10,7 @@
 #include "constraints/closing/deformation_rows.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/factors.h"
 #include "linalg/dense/lapack.h"

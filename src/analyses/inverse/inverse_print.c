@@ -32,8 +32,8 @@ static int next_force(const kempe_inverse *r, int from)
 {
     const kempe_model *model = r->system->model;
     for (int f = from; f < model->force_count; f++)
-        for (int k = 0; k < r->a; k++)
-            if (model->forces[f].motion == r->actuator[k])
+        for (int k = 0; k < r->actuators.count; k++)
+            if (model->forces[f].motion == r->actuators.coordinate[k])
                 return f;
     return model->force_count;
 }
@@ -48,57 +48,59 @@ static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
     (void)snprintf(work_head, sizeof work_head, "work, %s", work.unit);
     if (r->rows == 1) {
         kmp_text_printf(text, "  %-*s  %-*s  %12s  %12s\n", width, "", wide, "unit", "effort", power_head);
-        for (int k = 0; k < r->a; k++) {
-            const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
-            kmp_text_printf(text, "  %-*s  %-*s  %12.6g  %12.6g\n", width, name_of(r, r->actuator[k]), wide, as.unit,
-                            as.factor * *kmp_inverse_part(r, 0, r->at.tau + k),
+        for (int k = 0; k < r->actuators.count; k++) {
+            const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuators.coordinate[k]));
+            kmp_text_printf(text, "  %-*s  %-*s  %12.6g  %12.6g\n", width, name_of(r, r->actuators.coordinate[k]), wide,
+                            as.unit, as.factor * *kmp_inverse_part(r, 0, r->at.tau + k),
                             power.factor * *kmp_inverse_part(r, 0, r->at.power + k));
         }
         return;
     }
     kmp_text_printf(text, "  %-*s  %-*s  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", wide, "unit", "largest",
                     "at t", "rms", power_head, "at t", work_head);
-    for (int k = 0; k < r->a; k++) {
+    for (int k = 0; k < r->actuators.count; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuator[k]));
+        const kmp_shown as = kmp_shown_as(r->system->context, unit_of(r, r->actuators.coordinate[k]));
         kmp_text_printf(text, "  %-*s  %-*s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
-                        name_of(r, r->actuator[k]), wide, as.unit, as.factor * s.peak, s.peak_t, as.factor * s.rms,
-                        power.factor * s.power, s.power_t, work.factor * s.work);
+                        name_of(r, r->actuators.coordinate[k]), wide, as.unit, as.factor * s.peak, s.peak_t,
+                        as.factor * s.rms, power.factor * s.power, s.power_t, work.factor * s.work);
     }
 }
 
 static void show_verdict(kmp_text *text, const kempe_inverse *r)
 {
-    kmp_text_printf(text, "\nbalance   %.2e of the largest force term of the equations of motion\n", r->residual);
+    kmp_text_printf(text, "\nbalance   %.2e of the largest force term of the equations of motion\n",
+                    r->balance.residual);
     kmp_text_printf(text, "transmission  %.3g at t = %.6g s (1: ideal, 0: a degree of freedom without an actuator)\n",
-                    r->hold, r->hold_t);
-    if (r->rank < r->freedoms)
-        kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
+                    r->balance.hold, r->balance.hold_t);
+    if (r->balance.rank < r->balance.freedoms)
+        kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n",
+                        kmp_inverse_balance_unmet(&r->balance));
     int redundant = 0, named = 0;
-    for (int k = 0; k < r->m; k++)
-        redundant += r->redundant[k];
+    for (int k = 0; k < r->system->m; k++)
+        redundant += r->balance.redundant[k];
     if (redundant > 0) {
         kmp_text_put(text, "closures  redundant: multipliers are not unique, and are set to zero in");
-        for (int k = 0; k < r->m; k++)
-            if (r->redundant[k] && named++ < MOST_NAMED)
+        for (int k = 0; k < r->system->m; k++)
+            if (r->balance.redundant[k] && named++ < MOST_NAMED)
                 kmp_text_printf(text, " %s", r->system->row_names[k]);
         if (redundant > MOST_NAMED)
             kmp_text_printf(text, " and %d more", redundant - MOST_NAMED);
         kmp_text_put(text, "\n");
     }
-    if (r->singular > 0)
+    if (r->balance.singular > 0)
         kmp_text_printf(
             text,
             "singular  %d row%s, the first at t = %.6g s: the actuator forces are the least-squares solution there\n",
-            r->singular, r->singular == 1 ? "" : "s", r->singular_t);
-    if (r->off_coordinate >= 0)
-        kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
-                        name_of(r, r->off_coordinate), r->off_t);
+            r->balance.singular, r->balance.singular == 1 ? "" : "s", r->balance.singular_t);
+    if (r->off.coordinate >= 0)
+        kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off.size,
+                        name_of(r, r->off.coordinate), r->off.t);
     if (r->again.known)
         kmp_text_printf(
             text, "repeat    from half the rows an actuator force %s by %.2e of its maximum, '%s' at t = %.6g s\n",
             kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
-            name_of(r, r->actuator[r->again.index]), r->again.t);
+            name_of(r, r->actuators.coordinate[r->again.index]), r->again.t);
     if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
         kmp_text_put(text, "start     zero acceleration of");
         for (int k = 0; k < r->start_u_count; k++)
@@ -114,8 +116,8 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
     int width = 4;
-    for (int k = 0; k < r->a; k++) {
-        int length = (int)strlen(name_of(r, r->actuator[k]));
+    for (int k = 0; k < r->actuators.count; k++) {
+        int length = (int)strlen(name_of(r, r->actuators.coordinate[k]));
         width = length > width ? length : width;
     }
     kmp_print_title(text, r->system->model, kempe_inverse_outcome(r));
@@ -133,14 +135,15 @@ static void show(kmp_text *text, const void *result)
     kmp_text_put(text, "\n");
     if (r->rows == 0)
         return;
-    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
-                    r->freedoms == 1 ? "" : "s");
-    if (r->rank < r->freedoms)
-        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n", r->rank);
-    else if (r->a > r->freedoms)
+    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->actuators.count,
+                    r->actuators.count == 1 ? "" : "s", r->balance.freedoms, r->balance.freedoms == 1 ? "" : "s");
+    if (r->balance.rank < r->balance.freedoms)
+        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n",
+                        r->balance.rank);
+    else if (r->actuators.count > r->balance.freedoms)
         kmp_text_printf(
             text, ": redundant actuation; the actuator forces minimise the sum of %stau^2 (a force times %.6g m)\n",
-            r->weighted ? "weight*" : "", r->system->length);
+            r->actuators.weighted ? "weight*" : "", r->system->length);
     else
         kmp_text_put(text, ": the actuator forces are uniquely determined\n");
     /* Forces of the model at the actuators, which remain active. */
@@ -175,8 +178,8 @@ static void json_column(kmp_json *json, const char *key, const kempe_inverse *r,
 static void json_actuated(kmp_json *json, const char *key, const kempe_inverse *r, int at)
 {
     kmp_json_object(json, key);
-    for (int k = 0; k < r->a; k++) {
-        kmp_json_array(json, name_of(r, r->actuator[k]));
+    for (int k = 0; k < r->actuators.count; k++) {
+        kmp_json_array(json, name_of(r, r->actuators.coordinate[k]));
         for (int row = 0; row < r->rows; row++)
             kmp_json_number(json, NULL, *kmp_inverse_part(r, row, at + k));
         kmp_json_end(json);
@@ -187,7 +190,7 @@ static void json_actuated(kmp_json *json, const char *key, const kempe_inverse *
 static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r, int at)
 {
     kmp_json_object(json, key);
-    for (int l = 0; l < r->loops + r->joints; l++)
+    for (int l = 0; l < kmp_inverse_load_count(r); l++)
         json_column(json, kmp_inverse_load_name(r, l), r, at + 3 * l, 3);
     kmp_json_end(json);
 }
@@ -197,29 +200,33 @@ static void json(kmp_text *text, const void *result)
     const kempe_inverse *r = result;
     kmp_json j = kmp_print_head(text, r->system, kempe_inverse_outcome(r), r->reason, r->build_s, r->warnings);
     static const char *const words[] = {"drives", "table", "start"};
-    const char *efforts = r->rank < r->freedoms ? "least squares" : r->a > r->freedoms ? "least norm" : "definite";
+    const char *efforts = r->balance.rank < r->balance.freedoms      ? "least squares"
+                          : r->actuators.count > r->balance.freedoms ? "least norm"
+                                                                     : "definite";
     kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
-    if (r->off_coordinate >= 0)
-        kmp_json_put(&j, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
+    if (r->off.coordinate >= 0)
+        kmp_json_put(&j, "off { largest %g coordinate %s t %g }", r->off.size, name_of(r, r->off.coordinate), r->off.t);
     if (r->motion == KMP_INVERSE_START)
         kmp_print_names(&j, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
-    kmp_json_put(&j, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
-                 r->rows ? efforts : NULL, "sum of weight*tau^2, a force times length", r->system->length,
-                 r->rows ? r->hold : NAN);
+    kmp_json_put(&j, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->balance.freedoms,
+                 r->balance.rank, r->rows ? efforts : NULL, "sum of weight*tau^2, a force times length",
+                 r->system->length, r->rows ? r->balance.hold : NAN);
     kmp_json_put(&j, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
-                 r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
-                 r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
-    for (int k = 0; k < r->left_count; k++)
-        kmp_json_number(&j, name_of(r, r->left_u[k]), r->left[k]);
+                 r->rows ? r->balance.hold_t : NAN, r->rows ? r->balance.residual : NAN,
+                 r->rows ? r->balance.residual_t : NAN, r->balance.singular,
+                 r->rows ? kmp_inverse_balance_unmet(&r->balance) : NAN, r->rows ? r->balance.unmet_t : NAN);
+    for (int k = 0; k < r->balance.left_count; k++)
+        kmp_json_number(&j, name_of(r, r->balance.left_u[k]), r->balance.left[k]);
     kmp_json_put(&j, "} } redundant [");
-    for (int k = 0; k < r->m; k++)
-        if (r->redundant[k])
+    for (int k = 0; k < r->system->m; k++)
+        if (r->balance.redundant[k])
             kmp_json_string(&j, NULL, r->system->row_names[k]);
     kmp_json_put(&j, "] actuators {");
-    for (int k = 0; k < r->a; k++) {
+    for (int k = 0; k < r->actuators.count; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        kmp_json_put(&j, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),
-                     unit_of(r, r->actuator[k]), r->weight[k], r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
+        kmp_json_put(&j, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuators.coordinate[k]),
+                     unit_of(r, r->actuators.coordinate[k]), r->actuators.weight[k], r->rows ? s.peak : NAN,
+                     r->rows ? s.peak_t : NAN);
         kmp_json_put(&j, "rms %g power %g power_t %g work %g }", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
                      r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
     }
@@ -234,11 +241,11 @@ static void json(kmp_text *text, const void *result)
     json_actuated(&j, "power", r, r->at.power);
     const kempe_system *s = r->system;
     kmp_json_object(&j, "lambda");
-    for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
+    for (int l = 0, at = r->at.lambda; l < r->loads.loops; l++) {
         int count = 0;
         for (int k = 0; k < s->m; k++)
-            count += s->rows[k].closure == r->loop[l];
-        json_column(&j, s->model->closures[r->loop[l]].name, r, at, count);
+            count += s->rows[k].closure == r->loads.loop[l];
+        json_column(&j, s->model->closures[r->loads.loop[l]].name, r, at, count);
         at += count;
     }
     kmp_json_end(&j);
@@ -246,7 +253,8 @@ static void json(kmp_text *text, const void *result)
     json_vectors(&j, "moment", r, r->at.moment);
     kmp_reactions_json(&j, &r->reactions);
     kmp_json_put(&j, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
-    kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
+    kmp_convergence_json(&j, &r->again,
+                         r->actuators.count > 0 ? name_of(r, r->actuators.coordinate[r->again.index]) : NULL);
     kmp_json_put(&j, "backend %s cpu_s %g }", r->backend, r->cpu_s);
 }
 
@@ -260,19 +268,19 @@ static void fill_rows(kempe_table *table, const void *result)
     const kempe_model *model = r->system->model;
     kmp_tabulate_outcome(table, kempe_inverse_outcome(r));
     kmp_tabulate_columns(table, "t[s]");
-    for (int k = 0; k < r->a; k++)
-        kmp_tabulate_column(table, model->motions[r->actuator[k]].rotation ? "N m" : "N", "tau.%s",
-                            model->motions[r->actuator[k]].name);
-    for (int k = 0; k < r->a; k++)
-        kmp_tabulate_column(table, "W", "power.%s", model->motions[r->actuator[k]].name);
+    for (int k = 0; k < r->actuators.count; k++)
+        kmp_tabulate_column(table, model->motions[r->actuators.coordinate[k]].rotation ? "N m" : "N", "tau.%s",
+                            model->motions[r->actuators.coordinate[k]].name);
+    for (int k = 0; k < r->actuators.count; k++)
+        kmp_tabulate_column(table, "W", "power.%s", model->motions[r->actuators.coordinate[k]].name);
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, r->system, quantity);
-    for (int k = 0; k < r->m; k++) /* drives have no multipliers */
+    for (int k = 0; k < r->system->m; k++) /* drives have no multipliers */
         if (!kmp_closure_is_drive(&model->closures[r->system->rows[k].closure]))
             kmp_tabulate_column(table, kmp_quantity_unit(r->system, KMP_QUANTITY_LAMBDA, k), "lambda.%s",
                                 r->system->row_names[k]);
     for (int moment = 0; moment < 2; moment++)
-        for (int k = 0; k < 3 * (r->loops + r->joints); k++)
+        for (int k = 0; k < 3 * (kmp_inverse_load_count(r)); k++)
             kmp_tabulate_column(table, moment ? "N m" : "N", "%s.%s.%c", moment ? "moment" : "reaction",
                                 kmp_inverse_load_name(r, k / 3), "xyz"[k % 3]);
     for (int row = 0; row < r->rows; row++) {

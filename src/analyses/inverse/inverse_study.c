@@ -3,15 +3,13 @@
  * them. */
 #include "analyses/inverse/inverse_study.h"
 #include "analyses/inverse/inverse_dynamics.h"
-#include "analyses/inverse/prescribed_motion.h"
+#include "analyses/inverse/prescribed_states.h"
 #include "analyses/parts/doubted_state.h"
-#include "analyses/parts/ranges.h"
 #include "analyses/parts/series_summary.h"
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "constraints/closing/assembly.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
@@ -21,7 +19,6 @@
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
-#include "model/language/dimension.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/reference.h"
@@ -34,7 +31,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+enum { FEWEST_ROWS = 9 };
 /* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
@@ -48,12 +45,8 @@ typedef struct job {
     kmp_reference reference;
     kmp_prescribed table;
     kmp_times times;
-    double t_first;        /* added to the times */
-    kmp_prescribed states; /* of a table, as if they were coordinates */
-    double *run_states;    /* rows x states: of a run along the drives; NULL: none */
-    double *state;         /* at the next instant */
-    int run_rows;
-    bool lent; /* the states belong to another job */
+    double t_first; /* added to the times */
+    kmp_prescribed_states *states;
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_all_loads loads;
@@ -69,19 +62,17 @@ static kempe_inverse *result_new(const kempe_system *s)
     kempe_inverse *r = KMP_NEW(kempe_inverse, 1);
     if (!r)
         return NULL;
-    *r = (kempe_inverse){
-        .system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s, .not_unique = ""};
+    *r = (kempe_inverse){.system = s, .off.coordinate = -1, .build_s = s->build_s, .not_unique = ""};
     kmp_arena *a = &r->arena;
-    if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loop),
-                        KMP_ROOM(int, s->model->body_count, &r->joint),
-                        KMP_ROOM(int, s->n, &r->actuator, &r->left_u, &r->start_u), KMP_ROOM(bool, s->m, &r->redundant),
-                        KMP_ROOM(double, s->n, &r->weight, &r->left))) {
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loads.loop),
+                        KMP_ROOM(int, s->model->body_count, &r->loads.joint), KMP_ROOM(int, s->n, &r->start_u)) ||
+        !kmp_inverse_balance_make(&r->balance, a, s)) {
         kempe_inverse_free(r);
         return NULL;
     }
     for (int c = 0; c < s->model->closure_count; c++)
         if (!kmp_closure_is_drive(&s->model->closures[c]))
-            r->loop[r->loops++] = c;
+            r->loads.loop[r->loads.loops++] = c;
     return r;
 }
 
@@ -97,10 +88,11 @@ static bool has_multiplier(const kempe_inverse *r, int row)
 static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
 {
     int multipliers = 0;
-    for (int k = 0; k < r->m; k++)
+    for (int k = 0; k < r->system->m; k++)
         multipliers += has_multiplier(r, k);
-    const int coordinates = kmp_model_coordinates(r->system->model), loads = r->loops + r->joints;
-    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * loads, 3 * loads};
+    const int coordinates = kmp_model_coordinates(r->system->model), loads = kmp_inverse_load_count(r);
+    const int size[] = {r->actuators.count, r->actuators.count, coordinates, r->system->n,
+                        coordinates,        multipliers,        3 * loads,   3 * loads};
     int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
                        &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
     for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
@@ -112,97 +104,13 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-/* Suitable coordinates as "a,b", and their number; -1 where the loops do not close. False: no memory. */
-static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
-{
-    const kempe_system *s = j->system;
-    kempe_context *context = j->context;
-    kempe_assembly *a = NULL;
-    kmp_partition part = {0};
-    kmp_evaluator *eval = kmp_eval_new(s, kmp_backend_default());
-    kempe_status status = eval ? kmp_assembly_at_start(s, &a) : KEMPE_E_MEMORY;
-    if (status == KEMPE_OK) {
-        kmp_eval_closure(eval, 0, a->q);
-        status = kmp_partition_init(&part, s, eval->jacobian, NULL, 0);
-    }
-    *freedoms = status == KEMPE_OK ? part.p : -1;
-    for (int k = 0; k < *freedoms && k < MOST_CANDIDATES; k++)
-        kmp_text_printf(text, "%s%s", k ? "," : "", s->model->motions[part.u[k]].name);
-    kmp_context_clear(context);
-    kmp_partition_free(&part);
-    kempe_assembly_free(a);
-    kmp_eval_free(eval);
-    return status != KEMPE_E_MEMORY && !text->failed;
-}
-
-static kempe_status fail_without_actuators(const job *j)
-{
-    static const char *const list = "'kempe show --model' lists all coordinates";
-    kmp_text text = {0};
-    int freedoms;
-    kempe_status status;
-    if (!print_candidates(j, &freedoms, &text))
-        status = kmp_fail_memory(j->context);
-    else if (freedoms == 0)
-        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "no actuators are given, but the mechanism has no degree of freedom and needs none");
-    else if (freedoms < 0)
-        status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "no actuators are given: %s", list);
-    else
-        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                          "no actuators are given: the mechanism has %d degree%s of freedom; --actuators %s%s would "
-                          "move it; %s",
-                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "", list);
-    kmp_text_free(&text);
-    return status;
-}
-
-static kempe_status read_weight(job *j, const kmp_range *range)
-{
-    kempe_inverse *r = j->r;
-    int k = 0, coordinate;
-    KMP_TRY(kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate));
-    while (k < r->a && r->actuator[k] != coordinate)
-        k++;
-    if (k == r->a)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is not an actuator", range->name);
-    if (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE)
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: a positive number without unit is expected for '%s'",
-                        range->name);
-    r->weight[k] = range->from;
-    return KEMPE_OK;
-}
-
-static kempe_status read_weights(job *j)
-{
-    kempe_inverse *r = j->r;
-    kmp_ranges weights = {0};
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < r->a; k++)
-        r->weight[k] = 1;
-    if (!j->options->weights)
-        return KEMPE_OK;
-    KMP_TRY(kmp_ranges_read(j->context, j->options->weights, &weights));
-    for (int w = 0; w < weights.count && status == KEMPE_OK; w++)
-        status = read_weight(j, &weights.range[w]);
-    r->weighted = weights.count > 0;
-    kmp_ranges_free(&weights);
-    return status;
-}
-
-/* True for a drive or a lock of the user. */
-static bool is_drive(const kempe_model *model, const kmp_closure *closure)
-{
-    return kmp_closure_is_drive(closure) && !kmp_motion_is_for_load(model, closure->motion);
-}
-
 static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
     const kempe_model *model = j->system->model;
     bool driven = false;
     for (int c = 0; c < model->closure_count; c++)
-        driven = driven || is_drive(model, &model->closures[c]);
+        driven = driven || kmp_is_drive_of_user(model, c);
     r->motion = j->options->motion ? KMP_INVERSE_TABLE : driven ? KMP_INVERSE_DRIVES : KMP_INVERSE_START;
     r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
     KMP_TRY(kmp_made(j->context, !r->arena.failed));
@@ -278,69 +186,14 @@ static kempe_status prepare_motion(job *j)
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
-/* -- states ------------------------------------------------------------------------------------------ */
-
-static int keep_states(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                       double work)
-{
-    job *j = user;
-    const int count = j->system->model->state_count;
-    (void)t, (void)q, (void)qdd, (void)lambda, (void)work;
-    if (j->run_rows < j->times.count)
-        memcpy(j->run_states + (ptrdiff_t)j->run_rows++ * count, qd + kmp_model_coordinates(j->system->model),
-               (size_t)count * sizeof *qd);
-    return 0;
-}
-
-/* A run along the drives has the states at the times of the rows. */
-static kempe_status run_along_drives(job *j)
-{
-    const int count = j->system->model->state_count, rows = j->times.count;
-    kmp_run_report report = {0};
-    kmp_run_spec spec = {
-        .backend = j->options->backend, .t_end = j->times.t[rows - 1], .times = j->times.t, .time_count = rows};
-    j->run_states = KMP_ARENA_NEW(&j->arena, double, (size_t)rows *(size_t)count);
-    KMP_TRY(kmp_made(j->context, j->run_states));
-    KMP_TRY(kmp_run_resolve(j->system, &spec));
-    kempe_status status = kmp_run(j->system, &spec, NULL, keep_states, j, &report);
-    if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && report.reason)
-        (void)kmp_fail(j->context, status, "the states along the drives: %s", report.reason);
-    kmp_free(report.reason);
-    return status;
-}
-
-/* The states of a table, which has columns for them. */
-static kempe_status read_states(job *j)
-{
-    const kempe_model *model = j->system->model;
-    const kmp_reference *x = &j->reference;
-    const int count = model->state_count, n = j->system->n;
-    double *value = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
-    double *none = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
-    kmp_gap_in_table gap;
-    KMP_TRY(kmp_made(j->context, value && none));
-    for (int r = 0; r < x->rows; r++)
-        for (int i = 0; i < count; i++) {
-            none[r * count + i] = NAN;
-            value[r * count + i] = x->value[KMP_QUANTITY_QD][r * n + n - count + i];
-            if (!isfinite(value[r * count + i]))
-                return kmp_complain(j->context, j->options->motion, 0, 0,
-                                    "column state.%s has no value at t = %.9g s: the motion needs the values of all "
-                                    "states; simulate it with 'state' among the outputs",
-                                    model->states[i].name, x->t[r]);
-        }
-    return kmp_made(j->context, kmp_prescribed_init(&j->states, x->rows, x->t, count, value, none, none, &gap));
-}
-
-/* At the start they have its values. */
+/* At the start states have its values. */
 static kempe_status prepare_states(job *j)
 {
-    const int count = j->system->model->state_count;
-    if (count == 0 || j->r->motion == KMP_INVERSE_START)
+    if (j->system->model->state_count == 0 || j->r->motion == KMP_INVERSE_START)
         return KEMPE_OK;
-    j->state = KMP_ARENA_NEW(&j->arena, double, 3 * count);
-    KMP_TRY(kmp_made(j->context, j->state));
-    return j->options->motion ? read_states(j) : run_along_drives(j);
+    return j->options->motion
+               ? kmp_prescribed_states_read(j->states, &j->arena, j->system, &j->reference, j->options->motion)
+               : kmp_prescribed_states_run(j->states, &j->arena, j->system, &j->times, j->options->backend);
 }
 
 /* The guide along `table` (NULL: the drives, or at rest the start), and inverse dynamics on it. */
@@ -353,7 +206,8 @@ static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at
     j->r->backend = backend->name;
     KMP_TRY(kmp_prescribed_motion_init(&j->prescribed, j->system, backend->name, table, at_rest, r->start_u,
                                        r->start_u_count));
-    return kmp_inverse_init(&j->inverse, j->prescribed.eval, r->a, r->actuator, r->weight);
+    return kmp_inverse_init(&j->inverse, j->prescribed.eval, r->actuators.count, r->actuators.coordinate,
+                            r->actuators.weight);
 }
 
 static kempe_status prepare(job *j)
@@ -372,21 +226,14 @@ static kempe_status prepare(job *j)
             "model with drives, whose multipliers are the actuator forces",
             j->system->model->bodies[j->system->model->flexibles[0].body].name);
     KMP_TRY(choose_motion(j));
-    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
-    if (r->a == 0) {
-        const kempe_model *model = r->system->model;
-        for (int c = 0; c < model->closure_count; c++)
-            if (is_drive(model, &model->closures[c]))
-                r->actuator[r->a++] = model->closures[c].motion;
-    }
-    KMP_TRY(r->a == 0 ? fail_without_actuators(j) : read_weights(j));
+    KMP_TRY(kmp_actuators_read(&r->actuators, &r->arena, j->system, j->options));
     KMP_TRY(prepare_motion(j));
     KMP_TRY(prepare_states(j));
     KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
     KMP_TRY(kmp_all_loads_init(&j->loads, j->system));
-    r->joints = j->loads.joints;
-    if (r->joints > 0)
-        memcpy(r->joint, j->loads.joint, (size_t)r->joints * sizeof *r->joint);
+    r->loads.joints = j->loads.joints;
+    if (r->loads.joints > 0)
+        memcpy(r->loads.joint, j->loads.joint, (size_t)r->loads.joints * sizeof *r->loads.joint);
     KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
     KMP_TRY(kmp_reactions_init(&r->reactions, j->system, &j->loads, false));
     r->reactions.least_norm = r->least_norm;
@@ -402,60 +249,11 @@ static void release(job *j)
     kmp_prescribed_motion_free(&j->prescribed);
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
-    if (!j->lent)
-        kmp_prescribed_free(&j->states);
     kmp_samples_free(&j->reference);
     kmp_arena_free(&j->arena);
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
-
-/* Accumulates results over all rows. Rows where the loops are singular, with additional degrees of freedom, are counted
- * and not judged: the first rows may turn out to be such. */
-static void note_row(job *j, double t)
-{
-    kempe_inverse *r = j->r;
-    const kmp_inverse *v = &j->inverse;
-    bool first = r->rows == r->singular;
-    r->size = fmax(r->size, v->size);
-    if (!first && v->freedoms > r->freedoms) {
-        r->singular_t = r->singular > 0 ? r->singular_t : t;
-        r->singular++;
-        return;
-    }
-    if (!first && v->freedoms < r->freedoms) {
-        r->singular_t = r->t[0];
-        r->singular = r->rows;
-        memset(r->redundant, 0, (size_t)r->m * sizeof *r->redundant);
-        first = true;
-    }
-    r->freedoms = v->freedoms;
-    r->rank = first || v->rank < r->rank ? v->rank : r->rank;
-    if (first || v->hold < r->hold) {
-        r->hold = v->hold;
-        r->hold_t = t;
-    }
-    if (first || v->residual > r->residual) {
-        r->residual = v->residual;
-        r->residual_t = t;
-    }
-    if (first || v->unmet > r->unmet) {
-        r->unmet = v->unmet;
-        r->unmet_t = t;
-        r->left_count = 0;
-        for (int k = 0; k < v->p; k++)
-            if (v->part.u[k] < kmp_model_coordinates(j->system->model)) {
-                r->left_u[r->left_count] = v->part.u[k];
-                r->left[r->left_count++] = v->left[k];
-            }
-    }
-    for (int k = 0; k < v->part.m - v->part.r; k++) {
-        const int row = v->part.redundant[k];
-        const bool given = /* friction, whose force does not follow from its row */
-            kmp_closure_is_of_modes(kmp_model_closure(r->system->model, r->system->rows[row].closure));
-        r->redundant[row] = r->redundant[row] || (!v->left_out[row] && !given);
-    }
-}
 
 static kempe_status keep_row(job *j)
 {
@@ -465,62 +263,40 @@ static kempe_status keep_row(job *j)
     const kmp_instant at = {
         .t = j->instant, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
-    size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
-           vector = 3 * sizeof *row;
+    size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row,
+           rates = (size_t)r->system->n * sizeof *row, vector = 3 * sizeof *row;
     r->t[r->rows] = g->t;
-    memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
-    for (int k = 0; k < r->a; k++)
-        row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    memcpy(row + r->at.tau, v->tau, (size_t)r->actuators.count * sizeof *row);
+    for (int k = 0; k < r->actuators.count; k++)
+        row[r->at.power + k] = v->tau[k] * g->qd[r->actuators.coordinate[k]] + 0.0; /* no -0 */
     memcpy(row + r->at.q, g->q, state);
     memcpy(row + r->at.qd, g->qd, rates);
     memcpy(row + r->at.qdd, g->qdd, state);
-    for (int k = 0; k < r->m; k++)
+    for (int k = 0; k < r->system->m; k++)
         if (has_multiplier(r, k))
             *lambda++ = v->lambda[k] + 0.0; /* no -0 */
     const size_t loads = (size_t)kmp_all_loads_count(&j->loads, j->system->model);
     if (loads > 0)
         memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
     if (r->least_norm)
-        KMP_TRY(kmp_least_norm_loads(g->eval, j->instant, g->q, r->joints, r->joint, j->load));
+        KMP_TRY(kmp_least_norm_loads(g->eval, j->instant, g->q, r->loads.joints, r->loads.joint, j->load));
     kmp_reactions_add(&r->reactions, g->t, j->load);
-    for (int l = 0; l < r->loops + r->joints; l++) {
-        const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
-        memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
-        memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
+    for (int l = 0; l < kmp_inverse_load_count(r); l++) {
+        const double *load = j->load + KMP_LOAD_VALUES * kmp_inverse_load_place(r, l);
+        memcpy(row + r->at.force + 3 * l, load, vector);
+        memcpy(row + r->at.moment + 3 * l, load + 3, vector);
     }
     kmp_eval_doubt_state(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
-    note_row(j, g->t);
+    kmp_inverse_balance_add(&r->balance, v, r->rows, r->t);
     r->rows++;
     return KEMPE_OK;
-}
-
-/* States at the k-th instant, t: of the run; of the table, where states that change at instants keep the value of
- * the row before. */
-static void take_states(job *j, int k, double t)
-{
-    const kempe_model *model = j->system->model;
-    const kmp_prescribed *x = &j->states;
-    const int count = model->state_count;
-    if (j->run_states)
-        memcpy(j->state, j->run_states + (ptrdiff_t)k * count, (size_t)count * sizeof *j->state);
-    if (x->count == 0)
-        return;
-    double *rates = j->state + count, *second = rates + count;
-    int row = 0;
-    while (row + 1 < x->rows && x->t[row + 1] <= t)
-        row++;
-    kmp_prescribed_at(x, t, j->state, rates, second);
-    for (int i = 0; i < count; i++)
-        if (model->states[i].next)
-            j->state[i] = x->value[0][row * count + i];
 }
 
 /* Goes to the k-th instant, t, and computes the forces there. */
 static kempe_status go_to(job *j, int k, double t)
 {
     kmp_prescribed_motion *g = &j->prescribed;
-    take_states(j, k, t);
-    g->state = j->state;
+    g->state = kmp_prescribed_states_at(j->states, j->system->model, k, t);
     KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
     j->instant = kmp_eval_row_time(g->eval, g->t, g->q, g->qd);
     return kmp_inverse_at(&j->inverse, j->instant, g->q, g->qd, g->qdd);
@@ -566,7 +342,8 @@ static kempe_status follow_again(job *j, const double *size, double end)
     for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
         status = go_to(j, k, r->t[k]);
         if (status == KEMPE_OK)
-            kmp_convergence_row(&r->again, r->t[k], r->a, kmp_inverse_part(r, k, r->at.tau), j->inverse.tau, size);
+            kmp_convergence_row(&r->again, r->t[k], r->actuators.count, kmp_inverse_part(r, k, r->at.tau),
+                                j->inverse.tau, size);
     }
     if (status != KEMPE_OK)
         r->again.stopped = j->prescribed.t;
@@ -582,8 +359,8 @@ static kempe_status report_shared_loads(const job *j)
         return KEMPE_OK;
     const double t[2] = {r->t[0], r->t[r->rows - 1]};
     const double *const q[2] = {kmp_inverse_part(r, 0, r->at.q), kmp_inverse_part(r, r->rows - 1, r->at.q)};
-    KMP_TRY(
-        kmp_shared_loads_between(j->prescribed.eval, t, q, r->joints, r->joint, r->reactions.last, &r->arena, &found));
+    KMP_TRY(kmp_shared_loads_between(j->prescribed.eval, t, q, r->loads.joints, r->loads.joint, r->reactions.last,
+                                     &r->arena, &found));
     KMP_TRY(kmp_reactions_mark(&r->reactions, &found));
     return kmp_report_shared_loads(r->system, &found, r->least_norm, &r->arena, &r->not_unique);
 }
@@ -592,10 +369,10 @@ static kempe_status report_shared_loads(const job *j)
 static kempe_status repeat(const job *j, job *again)
 {
     kempe_inverse *r = j->r;
-    double *size = KMP_ARENA_NEW(&again->arena, double, r->a);
+    double *size = KMP_ARENA_NEW(&again->arena, double, r->actuators.count);
     KMP_TRY(kmp_made(j->context, size && thin_out(j, again)));
-    for (int k = 0; k < r->a; k++)
-        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), KMP_EFFORTS_LEFT * r->size);
+    for (int k = 0; k < r->actuators.count; k++)
+        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), KMP_EFFORTS_LEFT * r->balance.size);
     r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
     KMP_TRY(prepare_numbers(again, &again->table, false));
     const bool quiet = kmp_context_quiet(j->context, true);
@@ -610,7 +387,7 @@ static void warn_of_guides(const job *j)
     const kempe_system *s = j->system;
     const kempe_inverse *r = j->r;
     const double *h_t = j->prescribed.eval ? j->prescribed.eval->h_t : NULL;
-    for (int k = 0; h_t && r->freedoms == 0 && r->a > 0 && k < s->m; k++)
+    for (int k = 0; h_t && r->balance.freedoms == 0 && r->actuators.count > 0 && k < s->m; k++)
         if (h_t[k] != 0 && has_multiplier(r, k)) {
             kmp_doubt(s->context,
                       "closure '%s' depends on time: it prescribes the motion and carries its loads, so that nothing "
@@ -622,10 +399,7 @@ static void warn_of_guides(const job *j)
 
 static kempe_status check_again(job *j)
 {
-    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
-    again.states = j->states;
-    again.state = j->state;
-    again.lent = true;
+    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options, .states = j->states};
     kempe_status status = repeat(j, &again);
     release(&again);
     if (status == KEMPE_OK) {
@@ -635,29 +409,13 @@ static kempe_status check_again(job *j)
             kmp_doubt(r->system->context,
                       "do not trust these actuator forces: from half the rows '%s' differs by %.2g of its maximum at t "
                       "= %.6g s; add velocities and accelerations, or more rows",
-                      r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+                      r->system->model->motions[r->actuators.coordinate[r->again.index]].name, r->again.difference,
+                      r->again.t);
     }
     return status;
 }
 
 /* -- summary ----------------------------------------------------------------------------------------- */
-
-static kempe_status judge(const kempe_inverse *r)
-{
-    const kempe_model *model = r->system->model;
-    if (r->rows == 0 || kmp_inverse_unmet(r) <= KMP_EFFORTS_LEFT)
-        return KEMPE_OK;
-    int most = 0; /* the coordinate with the largest unbalanced force, scaled */
-    for (int k = 1; k < r->left_count; k++)
-        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
-            most = k;
-    const int u = r->left_u[most];
-    return kmp_fail(r->system->context, KEMPE_E_FAILED,
-                    "the actuators cannot produce this motion: %.6g %s on '%s' are not balanced at t = %.9g s (%.2g of "
-                    "all forces); they act on %d of %d degrees of freedom",
-                    r->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name, r->unmet_t,
-                    kmp_inverse_unmet(r), r->rank, r->freedoms);
-}
 
 static kempe_status run(job *j)
 {
@@ -666,12 +424,10 @@ static kempe_status run(job *j)
     r->status = follow(j);
     r->cpu_s = kmp_cpu_now() - begin;
     if (r->status == KEMPE_OK)
-        r->status = judge(r);
+        r->status = kmp_inverse_balance_judge(&r->balance, r->system);
     if (!kmp_has_result(r->status))
         return r->status;
     r->off = j->prescribed.off;
-    r->off_t = j->prescribed.off_t;
-    r->off_coordinate = j->prescribed.off_coordinate;
     if (r->motion == KMP_INVERSE_START && j->prescribed.red.eval) {
         r->start_u_count = 0;
         for (int k = 0; k < j->prescribed.part.p; k++)
@@ -697,7 +453,9 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     double begin = kmp_cpu_now();
     kmp_model_begin_forces(system->model);
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
-    job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
+    kmp_prescribed_states states = {0};
+    job j = {
+        .system = system, .context = system->context, .options = options, .states = &states, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));
     kempe_status status = prepare(&j);
     j.r->build_s += kmp_cpu_now() - begin;
@@ -705,6 +463,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     if (ready)
         status = run(&j);
     release(&j);
+    kmp_prescribed_states_free(&states);
     j.r->warnings = kmp_context_warnings(j.context);
     status = kmp_context_verdict(j.context, status);
     j.r->status = status == KEMPE_UNTRUSTED ? status : j.r->status;
@@ -712,11 +471,6 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
 }
 
 /* -- queries ------------------------------------------------------------------------------------------ */
-
-double kmp_inverse_unmet(const kempe_inverse *inverse)
-{
-    return inverse->size > 0 ? inverse->unmet / inverse->size : 0;
-}
 
 kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
 {
@@ -745,12 +499,24 @@ KMP_GETTER(kempe_outcome kempe_inverse_outcome(const kempe_inverse *inverse), in
            kmp_outcome_checked(inverse->status, !inverse->unchecked), KEMPE_OUTCOME_NONE)
 KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
 KMP_GETTER(const char *kempe_inverse_loads_not_unique(const kempe_inverse *inverse), inverse, inverse->not_unique, "")
-KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
-KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)
-KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->residual, NAN)
+KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->balance.freedoms, 0)
+KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->balance.rank, 0)
+KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->balance.residual, NAN)
 
-const char *kmp_inverse_load_name(const kempe_inverse *r, int load)
+int kmp_inverse_load_count(const kempe_inverse *inverse)
 {
-    const kempe_model *model = r->system->model;
-    return load < r->loops ? model->closures[r->loop[load]].name : model->bodies[r->joint[load - r->loops]].joint;
+    return inverse->loads.loops + inverse->loads.joints;
+}
+
+const char *kmp_inverse_load_name(const kempe_inverse *inverse, int load)
+{
+    const kempe_model *model = inverse->system->model;
+    const kmp_inverse_loads *of = &inverse->loads;
+    return load < of->loops ? model->closures[of->loop[load]].name : model->bodies[of->joint[load - of->loops]].joint;
+}
+
+int kmp_inverse_load_place(const kempe_inverse *inverse, int load)
+{
+    const kmp_inverse_loads *of = &inverse->loads;
+    return load < of->loops ? of->loop[load] : inverse->system->model->closure_count + load - of->loops;
 }

@@ -2,6 +2,9 @@
 /* Results of an inverse dynamics study: its rows, and their summary. */
 #pragma once
 
+#include "analyses/inverse/actuators.h"
+#include "analyses/inverse/inverse_balance.h"
+#include "analyses/inverse/prescribed_motion.h"
 #include "constraints/evaluation/evaluation_point.h"
 #include "model/data/force.h"
 #include "output/convergence.h"
@@ -16,6 +19,12 @@ typedef struct kmp_inverse_summary {
     double peak, peak_t, rms, power, power_t, work;
 } kmp_inverse_summary;
 
+/** The loads of rows: of loops, then of joints of the tree. */
+typedef struct kmp_inverse_loads {
+    int loops, *loop;   /* closures that are not drives */
+    int joints, *joint; /* bodies whose joints of the tree have a load */
+} kmp_inverse_loads;
+
 struct kempe_inverse {
     const kempe_system *system;
     kmp_arena arena; /* of all but warnings */
@@ -25,36 +34,21 @@ struct kempe_inverse {
     const char *backend;
     kmp_inverse_motion motion;
     char *source; /* the table's path; NULL: none */
-    int n, m, loops, a;
-    int *loop;          /* closures that are not drives */
-    int joints, *joint; /* bodies whose joints of the tree have a load; loads of loops, then of these */
-    int *actuator;      /* a coordinates */
-    double *weight;     /* a */
-    bool weighted;
+    kmp_actuators actuators;
+    kmp_inverse_loads loads;
     int rows;
     double *t;
     int width;
     double *value; /* rows x width, with these parts at: */
     struct kmp_inverse_places {
-        int tau, power;    /* a */
+        int tau, power;    /* actuators */
         int q, qd, qdd;    /* n */
         int lambda;        /* rows of loops */
         int force, moment; /* 3 a load */
     } at;
 
-    int freedoms, rank; /* p and the least rank of its equations */
-    int singular; /* rows with additional degrees of freedom: the loops are singular there, and the summary is of the
-                     others */
-    double singular_t;       /* the first of them */
-    double hold, hold_t;     /* the least singular value that counts, and when */
-    double size;             /* of the reduced equations' terms, the largest of all rows, N m */
-    double unmet, unmet_t;   /* forces that the actuators cannot provide, the largest of all rows, in N m */
-    int *left_u, left_count; /* then: by independent coordinate */
-    double *left;
-    double residual, residual_t;
-    double off, off_t; /* of the table from the closures; coordinate -1: no difference is possible */
-    int off_coordinate;
-    bool *redundant;             /* m: rows that were dropped at some time */
+    kmp_inverse_balance balance;
+    kmp_off_table off;           /* of the table from the closures */
     int *start_u, start_u_count; /* of the start: coordinates that are not accelerated */
     bool unchecked;              /* without the repeat, as requested */
     kmp_convergence again;  /* with every other row of the table; unknown where it has all rates and accelerations */
@@ -64,8 +58,10 @@ struct kempe_inverse {
     double build_s, cpu_s;
 };
 
-/** The name of a loop or a joint by the number of its load. */
-const char *kmp_inverse_load_name(const kempe_inverse *r, int load);
+/** The number of loads; of one its name, and its place among the loads of all closures and joints. */
+int kmp_inverse_load_count(const kempe_inverse *inverse);
+const char *kmp_inverse_load_name(const kempe_inverse *inverse, int load);
+int kmp_inverse_load_place(const kempe_inverse *inverse, int load);
 
 /** A part of a row. */
 static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, int at)
@@ -75,6 +71,3 @@ static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, in
 
 /** Over all rows, of actuator k. */
 kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k);
-
-/** The unbalanced part of the motion, relative to the required generalized forces. */
-double kmp_inverse_unmet(const kempe_inverse *inverse);

@@ -144,7 +144,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
                                  .wish_count = wish_count,
                                  .n = system->n,
                                  .m = system->m,
-                                 .off_coordinate = -1};
+                                 .off.coordinate = -1};
     unsigned long failures = kmp_memory_failures();
     g->eval = kmp_eval_new(system, backend);
     if (!g->eval)
@@ -167,7 +167,7 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
         const kmp_closure *closure = kmp_model_closure(g->system->model, g->system->rows[r].closure);
         g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
     }
-    g->eval->left_out = g->left_out;
+    g->eval->unmet.left_out = g->left_out;
     return KEMPE_OK;
 }
 
@@ -327,10 +327,10 @@ static void note_off(kmp_prescribed_motion *g)
     for (int i = 0; i < g->part.r; i++) {
         int k = g->part.v[i];
         double off = g->given[k] ? fabs(g->q[k] - g->tq[k]) / g->system->scale[k] : 0;
-        if (off > g->off) {
-            g->off = off;
-            g->off_coordinate = k;
-            g->off_t = g->t;
+        if (off > g->off.size) {
+            g->off.size = off;
+            g->off.coordinate = k;
+            g->off.t = g->t;
         }
     }
 }

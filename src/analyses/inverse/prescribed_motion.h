@@ -42,6 +42,12 @@ void kmp_prescribed_free(kmp_prescribed *motion);
  * the values equal the row exactly. */
 void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double *qd, double *qdd);
 
+/** The largest difference of dependent coordinates from their values in a table, over their scale. */
+typedef struct kmp_off_table {
+    double size, t;
+    int coordinate; /* -1: no difference is possible */
+} kmp_off_table;
+
 typedef struct kmp_prescribed_motion {
     kmp_arena arena; /* of all arrays */
     const kempe_system *system;
@@ -64,9 +70,7 @@ typedef struct kmp_prescribed_motion {
     double *ud, *udd, *rest;        /* n each: independent ones, and scratch */
     double *rows;                   /* m: scratch */
     double *from, *tq, *tqd, *tqdd; /* n: of the table */
-    double off;                     /* largest |q - q of the table| / scale of dependent coordinates */
-    int off_coordinate;
-    double off_t;
+    kmp_off_table off;
 } kmp_prescribed_motion;
 
 /** `motion` NULL and not `at_rest`: the drives determine all coordinates. KEMPE_E_MEMORY, KEMPE_E_ARGUMENT. */

@@ -67,7 +67,7 @@ static kmp_bound still_input(const kmp_sweep *w, const kmp_program_input *in)
 {
     switch (in->kind) {
     case KMP_IN_MODE:
-        return kmp_bound_still(w->eval->mode[in->index]);
+        return kmp_bound_still(w->eval->conditions.mode[in->index]);
     case KMP_IN_CHART:
         return kmp_bound_still(w->eval->chart[in->index]);
     case KMP_IN_PARAMETER:

@@ -393,7 +393,7 @@ kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const 
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
-    sweep->eval->left_out = sweep->dropped;
+    sweep->eval->unmet.left_out = sweep->dropped;
     memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
     sweep->unit[system->n] = 1;
     for (int r = 0; r < system->m; r++) {

@@ -5,6 +5,14 @@
 
 #include "analyses/sensitivity/forward.h"
 
+typedef struct kmp_adjoint_report {
+    kmp_forward_report forward;
+    long steps, rhs; /* backwards */
+    double cpu_s;    /* of them */
+    size_t kept;     /* bytes of the motion */
+    double value;
+} kmp_adjoint_report;
+
 /** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
  * watch of `options` are ignored. `known`: another scalar has shown that the motion has derivatives by the parameters
  * at its events. Errors as kmp_forward_run. */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The formulation of a motion with sensitivities (forward.h): its unknowns and their ODE, its rows, its creation and
- * its run. It passes changes by forward_changes.c, and events of the run by forward_events.c; delayed signals are in
- * forward_delays.c, and maps for the adjoint method in forward_map.c. */
+/* The formulation of a motion with sensitivities (forward.h): its unknowns and their ODE, its choice of u, its rows,
+ * its creation and its run. It passes changes by forward_changes.c, and events of the run by forward_events.c. Their
+ * place is in forward_place.c, derivatives of their times in forward_times.c, next values of states in
+ * forward_resets.c, delayed signals in forward_delays.c, and maps for the adjoint method in forward_map.c. */
 #include "analyses/sensitivity/forward.h"
 #include "analyses/derivatives/varied.h"
 #include "analyses/sensitivity/forward_changes.h"
@@ -18,12 +19,6 @@
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
-
-/* A run takes next values once more than it has states at a time, and twice at its start. */
-static int most_resets(const kmp_forward_formulation *f)
-{
-    return f->samples + 4;
-}
 
 int kmp_forward_first_other_mode(const kmp_forward_formulation *f, const double *mode)
 {
@@ -50,7 +45,7 @@ int kmp_forward_first_other_mode(const kmp_forward_formulation *f, const double 
 /* The rows of u among the unknowns from `block` on; `room`: for p. */
 static const double *rows_of(const kmp_forward_formulation *f, const double *block, double *room)
 {
-    if (!f->zone)
+    if (!f->zone.now)
         return block;
     for (int i = 0; i < f->p; i++)
         room[i] = block[f->v->linear.part.u[i]];
@@ -59,19 +54,19 @@ static const double *rows_of(const kmp_forward_formulation *f, const double *blo
 
 static const double *position_of(const kmp_forward_formulation *f, const double *y, int k)
 {
-    return rows_of(f, y + (k + 1) * f->width, f->su);
+    return rows_of(f, y + (k + 1) * f->width, f->zone.su);
 }
 
 static const double *rate_of(const kmp_forward_formulation *f, const double *y, int k)
 {
-    return rows_of(f, y + kmp_forward_blocks(f) + (k + 1) * f->width, f->sud);
+    return rows_of(f, y + kmp_forward_blocks(f) + (k + 1) * f->width, f->zone.sud);
 }
 
 int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y)
 {
-    const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->ud);
+    const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->zone.ud);
     f->in_lanes = false;
-    return f->zone ? kmp_sensitivity_equations_near(f->v, t, y, ud) : kmp_sensitivity_equations_at(f->v, t, y, ud);
+    return f->zone.now ? kmp_sensitivity_equations_near(f->v, t, y, ud) : kmp_sensitivity_equations_at(f->v, t, y, ud);
 }
 
 void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
@@ -92,7 +87,7 @@ static void give(kmp_forward_formulation *f, const double *y, double *dy)
         dy[half + i] = v->linear.qdd[kmp_forward_unknowns(f)[i]];
     for (int k = 0; k < f->count; k++) {
         const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
-        if (f->zone)
+        if (f->zone.now)
             kmp_sensitivity_equations_follow(v, k, su, sud, NULL, NULL, dy + half + (k + 1) * w, NULL);
         else
             kmp_sensitivity_equations_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
@@ -100,16 +95,16 @@ static void give(kmp_forward_formulation *f, const double *y, double *dy)
     }
     const kmp_forward_target *target = f->options->integrand;
     if (f->integrals) {
-        f->t = NAN; /* the place is lost below */
+        f->place.t = NAN; /* the place is lost below */
         dy[2 * half] = kmp_target_value(target, v);
     }
     for (int k = 0; f->integrals && k < f->count; k++) {
-        kmp_forward_follow(f, y, k, f->dq, f->dqd, f->dqdd, f->dlambda);
+        kmp_forward_follow(f, y, k, f->place.dq, f->place.dqd, f->dqdd, f->dlambda);
         if (target->shown)
             kmp_slopes_along(v->slopes, &v->slopes->outputs,
-                             &(kmp_direction){NULL, f->dq, f->dqd, f->dqdd, f->dlambda, NULL}, k, v->shown);
+                             &(kmp_direction){NULL, f->place.dq, f->place.dqd, f->dqdd, f->dlambda, NULL}, k, v->shown);
         const kmp_sensitivity_equations_row along = {
-            .q = f->dq, .qd = f->dqd, .qdd = f->dqdd, .lambda = f->dlambda, .shown = v->shown};
+            .q = f->place.dq, .qd = f->place.dqd, .qdd = f->dqdd, .lambda = f->dlambda, .shown = v->shown};
         dy[2 * half + 1 + k] = kmp_target_of_row(target, v, &along);
     }
 }
@@ -173,7 +168,7 @@ static void add_lanes(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     kmp_ode *ode = &f->formulation.ode;
-    if (!f->start.lanes || f->zone || f->integrals || !f->options->lanes ||
+    if (!f->start.lanes || f->zone.now || f->integrals || !f->options->lanes ||
         (f->start.passed && f->start.passed->friction))
         return;
     kmp_varied_lanes_begin(f->options->lanes);
@@ -212,52 +207,39 @@ static int jacobian(void *self, double t, const double *y, double *j)
     return KMP_GO;
 }
 
-/* -- the place --------------------------------------------------------------------------------------- */
+/* -- the end of a step --------------------------------------------------------------------------------------- */
 
 int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole)
 {
     kmp_linear *l = &f->v->linear;
     l->plain = f->count == 0 || !whole;
     int said = kmp_forward_come_to(f, t, y);
-    if (said != KMP_GO && !f->zone && kmp_sensitivity_equations_walk(f->v, t, y))
-        said = kmp_sensitivity_equations_near(f->v, t, f->v->q, rows_of(f, y + kmp_forward_blocks(f), f->ud));
+    if (said != KMP_GO && !f->zone.now && kmp_sensitivity_equations_walk(f->v, t, y))
+        said = kmp_sensitivity_equations_near(f->v, t, f->v->q, rows_of(f, y + kmp_forward_blocks(f), f->zone.ud));
     l->plain = f->count == 0;
     if (said != KMP_GO && f->formulation.reason.length == 0)
         kmp_text_printf(&f->formulation.reason, "the loops do not close at t = %.9g", t);
     return said == KMP_GO ? KMP_GO : KMP_HALT;
 }
 
-void kmp_forward_pack(kmp_forward_formulation *f, double *y)
-{
-    const int *of = kmp_forward_unknowns(f);
-    int half = kmp_forward_blocks(f), w = f->width;
-    for (int i = 0; i < w; i++) {
-        y[i] = f->q[of[i]];
-        y[half + i] = f->qd[of[i]];
-        for (int k = 0; k < f->count; k++) {
-            y[(k + 1) * w + i] = f->dq[k * f->n + of[i]];
-            y[half + (k + 1) * w + i] = f->dqd[k * f->n + of[i]];
-        }
-    }
-}
-
 /* Stores signs of Jv's blocks, predictions and conditions of the last state; checks that u is still well conditioned.
  */
 static void settle(kmp_forward_formulation *f)
 {
-    kmp_linear *l = &f->v->linear;
+    const kmp_linear *l = &f->v->linear;
+    kmp_forward_choice *choice = &f->choice;
     int row, column;
-    memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->mode, l->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (f->in_lanes)
         kmp_varied_lanes_anchor(f->options->lanes, KMP_STAGE_LANES - 1);
     else
         kmp_sensitivity_equations_anchor(f->v);
-    f->crossed = false;
+    choice->crossed = false;
     if (l->red.r == 0)
         return;
-    kmp_block_take_signs(l->red.block, f->signs);
-    f->growth = kmp_reduction_growth(&l->red, &row, &column);
-    f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_VARIED;
+    kmp_block_take_signs(l->red.block, choice->signs);
+    choice->growth = kmp_reduction_growth(&l->red, &row, &column);
+    choice->due = !f->start.fixed && !f->zone.now && choice->growth > KMP_EXCHANGE_VARIED;
 }
 
 /* Continues from the place at t with other unknowns: y, weights and the state. Columns that only pass an event are not
@@ -349,16 +331,14 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
                         joint, t);
         return KMP_HALT;
     }
-    if (f->zone) {
+    if (f->zone.now) {
         put_closed(f, y);
         kmp_sensitivity_equations_anchor(f->v);
         return KMP_GO;
     }
     if (l->red.r > 0) {
-        kmp_block_take_signs(l->red.block, f->signs_now);
-        size_t count = (size_t)kmp_block_count(l->red.block);
-        bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
-        f->crossed = f->crossed || crosses;
+        const bool crosses = !kmp_block_has_signs(l->red.block, f->choice.signs);
+        f->choice.crossed = f->choice.crossed || crosses;
         if (crosses || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST || passes_events(f, y))
             return KMP_RETRY;
     }
@@ -379,14 +359,14 @@ static void explain(kmp_formulation *formulation)
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     double t = f->v->anchor[0].t;
     kmp_eval_closure(kmp_forward_eval(f), t, f->v->anchor[0].q);
-    if (f->zone || f->crossed ||
-        (f->growth < KMP_GROWTH_EXPLAINS &&
+    if (f->zone.now || f->choice.crossed ||
+        (f->choice.growth < KMP_GROWTH_EXPLAINS &&
          kmp_rank_margin_at(f->start.margin, kmp_forward_eval(f)) < KMP_MARGIN_EXPLAINS))
         say_change_point(f, t);
-    else if (f->growth >= KMP_GROWTH_EXPLAINS)
+    else if (f->choice.growth >= KMP_GROWTH_EXPLAINS)
         kmp_text_printf(&formulation->reason,
                         "the independent coordinates reach a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
-                        f->growth);
+                        f->choice.growth);
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -395,8 +375,8 @@ static void explain(kmp_formulation *formulation)
 bool make_unknowns(kmp_forward_formulation *f)
 {
     kmp_formulation *formulation = &f->formulation;
-    f->width = f->zone ? f->n : f->p;
-    formulation->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
+    f->width = f->zone.now ? f->n : f->p;
+    formulation->rtol = f->zone.now ? fmax(f->start.rtol, ZONE_RTOL) : 0;
     kmp_formulation_make_unknowns(formulation, 2 * kmp_forward_blocks(f) + f->integrals, false);
     formulation->ode = (kmp_ode){.n = formulation->size,
                                  .self = f,
@@ -409,55 +389,20 @@ bool make_unknowns(kmp_forward_formulation *f)
     return !formulation->arena.failed;
 }
 
-/* -- changes between steps --------------------------------------------------------------------------- */
-
-/* Other independent coordinates, conditions that change, spherical joints that are centred. The eval is the runner's:
- * at a new start its conditions and charts show the changes since the last one. */
-
-int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y)
-{
-    kmp_sensitivity_equations *v = f->v;
-    if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
-        return KMP_HALT;
-    f->t = t;
-    memcpy(f->q, v->linear.q, (size_t)f->n * sizeof *f->q);
-    memcpy(f->qd, v->linear.qd, (size_t)f->n * sizeof *f->qd);
-    memcpy(f->chart, v->linear.eval->chart, kmp_forward_chart_bytes(f));
-    for (int k = 0; k < f->count; k++)
-        kmp_forward_follow(f, y, k, f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL);
-    return KMP_GO;
-}
-
-void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd)
-{
-    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_eval(f)->chart, q, qd, NULL};
-    for (int c = 0; c < f->system->chart_count; c++)
-        for (int k = 0; k < f->count && memcmp(from.chart + KMP_CHART_SIZE * c, to.chart + KMP_CHART_SIZE * c,
-                                               KMP_CHART_SIZE * sizeof(double)) != 0;
-             k++)
-            kmp_chart_carry(f->system, c, &from, &to, f->dq + k * f->n, f->dqd + k * f->n, NULL);
-    memcpy(f->chart, to.chart, kmp_forward_chart_bytes(f));
-    memcpy(f->q, q, (size_t)f->n * sizeof *q);
-    memcpy(f->qd, qd, (size_t)f->n * sizeof *qd);
-}
-
-bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart)
-{
-    return memcmp(chart, kmp_forward_eval(f)->chart, kmp_forward_chart_bytes(f)) != 0;
-}
-
 /* -- other coordinates ------------------------------------------------------------------------------- */
 
-int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y)
+int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y, bool *others)
 {
     kmp_linear *l = &f->v->linear;
     kmp_partition part;
     kempe_status status = kmp_partition_of_rank(&part, f->system, l->eval->jacobian, l->part.r, NULL, 0);
-    if (status != KEMPE_OK || kmp_sensitivity_equations_take(f->v, f->t, f->q, &part) != KEMPE_OK)
+    if (status == KEMPE_OK)
+        *others = memcmp(l->part.u, part.u, (size_t)f->p * sizeof *part.u) != 0;
+    if (status != KEMPE_OK || kmp_sensitivity_equations_take(f->v, f->place.t, f->place.q, &part) != KEMPE_OK)
         return KMP_HALT;
-    if (take_up(f, f->t, y) != KMP_GO)
+    if (take_up(f, f->place.t, y) != KMP_GO)
         return KMP_HALT;
-    f->due = false; /* there is no better choice */
+    f->choice.due = false; /* there is no better choice */
     return KMP_GO;
 }
 
@@ -465,21 +410,21 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     (void)yp;
-    if (!f->due)
+    if (!f->choice.due)
         return KMP_GO;
     const bool exchanges = kmp_forward_map_exchanges(f);
     double *all = y;
+    bool others;
     if (exchanges && !kmp_forward_map_begin_exchange(f, t, y))
         return KMP_HALT;
     if (f->options->alone && !exchanges)
         all = kmp_forward_map_begin(f, t, y);
     if (!all || kmp_forward_spread(f, t, all) != KMP_GO)
         return KMP_HALT;
-    memcpy(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u);
-    if (kmp_forward_choose_anew(f, all) != KMP_GO || (all != y && kmp_forward_map_end(f, y) != KMP_GO) ||
+    if (kmp_forward_choose_anew(f, all, &others) != KMP_GO || (all != y && kmp_forward_map_end(f, y) != KMP_GO) ||
         (exchanges && kmp_forward_map_end_exchange(f) != KMP_GO))
         return KMP_HALT;
-    formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
+    formulation->exchanges += others;
     return KMP_CHANGED;
 }
 
@@ -490,8 +435,8 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     (void)yp;
     if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
         return KMP_HALT;
-    const bool changes = f->resets > 0 || jump || kmp_forward_charts_differ(f, f->chart) ||
-                         memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0;
+    const bool changes = f->resets.count > 0 || jump || kmp_forward_charts_differ(f, f->place.chart) ||
+                         memcmp(f->mode, kmp_forward_eval(f)->conditions.mode, kmp_forward_mode_bytes(f)) != 0;
     double *all = changes && f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
     if (!all || kmp_forward_pass_changes(f, t, q, qd, jump, all) != KMP_GO)
         return KMP_HALT;
@@ -541,7 +486,7 @@ double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equati
 static void position(kmp_formulation *formulation, double t, const double *y, double *q)
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
-    if (f->zone)
+    if (f->zone.now)
         memcpy(q, y, (size_t)f->n * sizeof *q);
     else if (kmp_sensitivity_equations_position(f->v, t, y, q) != KMP_GO)
         memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
@@ -553,14 +498,14 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     const kmp_linear *l = &f->v->linear;
     *work = 0;
-    int said =
-        qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_sensitivity_equations_position(f->v, t, y, q);
+    int said = qd || f->zone.now ? kmp_forward_stand_at(f, t, y, qdd != NULL)
+                                 : kmp_sensitivity_equations_position(f->v, t, y, q);
     if (said != KMP_GO) {
         if (formulation->reason.length == 0)
             kmp_text_printf(&formulation->reason, "the loops cannot be closed at the output time t = %.9g s", t);
         return KMP_HALT;
     }
-    if (!qd && !f->zone)
+    if (!qd && !f->zone.now)
         return KMP_GO;
     memcpy(q, l->q, (size_t)f->n * sizeof *q);
     if (qd)
@@ -578,21 +523,20 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 {
     kmp_forward_formulation *f = user;
     kmp_sensitivity_equations *v = f->v;
-    const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
+    const kmp_chart_motion own = {f->own_chart, q, qd, qdd};
     (void)work;
     if (!f->options->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_linear_doubt_state(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
-    kmp_charts_reset(f->system, f->new_chart);
-    f->t = NAN; /* the place is lost */
+    f->place.t = NAN; /* the place is lost */
     for (int k = 0; k < f->count; k++) {
         /* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's
          * coordinates. */
         const kmp_linear *l = &v->linear;
         const kmp_chart_motion inner = {l->eval->chart, l->q, l->qd, l->qdd};
-        double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
+        double *dq = f->place.dq + k * f->n, *dqd = f->place.dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
         double *dlambda = f->dlambda + k * f->m;
         kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
         if (v->slopes->shown > 0)
@@ -602,8 +546,8 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
             if (!kmp_chart_is_own(inner.chart, c))
                 kmp_chart_carry(f->system, c, &inner, &own, dq, dqd, dqdd);
     }
-    const kmp_sensitivity_equations_row row_of = {t,     q,      qd,      qdd,        lambda,   shown,
-                                                  f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
+    const kmp_sensitivity_equations_row row_of = {
+        t, q, qd, qdd, lambda, shown, f->place.dq, f->place.dqd, f->dqdd, f->dlambda, f->dshown};
     return f->options->watch.row(f->options->watch.user, &row_of);
 }
 
@@ -616,8 +560,9 @@ static int take_step(void *user, kmp_runner *runner, double from, double to)
     if (f->integrals && !y)
         return 1;
     if (y)
-        memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
-    f->mapped = f->mapped && !(to > from);
+        memcpy(f->place.tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    if (to > from)
+        kmp_forward_map_end_step(f);
     return f->options->watch.step && to > from ? f->options->watch.step(f->options->watch.user, runner, from, to) : 0;
 }
 
@@ -642,9 +587,9 @@ static void release(kmp_formulation *formulation)
     kmp_eval_set_charts(f->own, eval->chart);
     for (int k = 0; k < f->system->events.count; k++)
         if (f->system->events.condition[k].role == KMP_ROLE_NONE)
-            kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
+            kmp_eval_set_mode(f->own, k, eval->conditions.mode[k] != 0);
         else
-            kmp_eval_set_kink(f->own, k, eval->mode[k]);
+            kmp_eval_set_kink(f->own, k, eval->conditions.mode[k]);
     go_by(f, f->own);
 }
 
@@ -655,10 +600,10 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
     if (!all)
         return KMP_HALT;
     int said = KMP_GO;
-    memcpy(f->tail, all + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *all);
+    memcpy(f->place.tail, all + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *all);
     if (f->start.passed && f->start.passed->now)
         said = kmp_forward_leave_at_event(f, t, all);
-    else if (!(f->t >= t)) /* charts have changed, and the place with them */
+    else if (!(f->place.t >= t)) /* charts have changed, and the place with them */
         said = kmp_forward_spread(f, t, all);
     if (f->options->alone)
         kmp_forward_set_columns(f, 0);
@@ -669,14 +614,14 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
  */
 static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
-    if (f->passing)
+    if (f->event.passing)
         return KEMPE_OK;
-    int k = kmp_forward_first_other_mode(f, start->eval->mode);
+    int k = kmp_forward_first_other_mode(f, start->eval->conditions.mode);
     if (k >= 0)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
                         "derivatives with respect to parameters end at t = %.9g s, where %s changes the closures",
                         start->t, f->system->event_text[k]);
-    if (start->part->p != f->p || start->t > f->t || start->t < f->t)
+    if (start->part->p != f->p || start->t > f->place.t || start->t < f->place.t)
         return kmp_fail(
             f->system->context, KEMPE_E_FAILED,
             "derivatives with respect to parameters end at t = %.9g, where the degrees of freedom are %d, not %d",
@@ -694,18 +639,12 @@ static kempe_status fail_with_reason(const kmp_forward_formulation *f)
  * reason is reported. */
 static double *take_up_columns(kmp_forward_formulation *f, double t, double *y)
 {
-    const int columns = f->count;
     if (f->options->alone)
         kmp_forward_set_columns(f, 0);
-    memcpy(y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    memcpy(y + 2 * kmp_forward_blocks(f), f->place.tail, (size_t)f->integrals * sizeof *y);
     if (take_up(f, t, y) != KMP_GO)
         return NULL;
-    if (!f->options->alone)
-        return y;
-    kmp_forward_set_columns(f, columns);
-    kmp_forward_pack(f, f->wide);
-    memcpy(f->wide + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
-    return f->wide;
+    return f->options->alone ? kmp_forward_map_unknowns(f) : y;
 }
 
 static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
@@ -724,16 +663,16 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->formulation.part = &f->v->linear.part;
     add_lanes(f);
     if (first)
-        memcpy(f->mode, start->eval->mode, kmp_forward_mode_bytes(f));
+        memcpy(f->mode, start->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (alone && first)
         KMP_TRY(kmp_made(f->system->context, kmp_forward_map_begin_start(f)));
     else if (alone)
-        kmp_forward_set_columns(f, f->map.columns);
-    const bool signals = f->resets > 0;
+        kmp_forward_map_go_on(f);
+    const bool signals = f->resets.count > 0;
     if (kmp_forward_arrive_with_signals(f, start, first) != KMP_GO)
         return fail_with_reason(f);
-    if (f->passing && (signals || f->cause_before >= 0 || kmp_forward_are_different(f, f->common, NULL)))
-        kmp_forward_delays_note(f, start->t, f->common);
+    if (f->event.passing && (signals || f->event.cause >= 0 || kmp_swings_differ(f->count, f->event.swing, NULL)))
+        kmp_forward_delays_note(f, start->t, f->event.swing);
     if (kmp_forward_arrive_after_event(f, start, first) != KMP_GO)
         return fail_with_reason(f);
     kmp_forward_enter_charts(f, start->q, start->qd);
@@ -752,7 +691,7 @@ static const kmp_formulation_kind varied_zone;
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
     kmp_forward_formulation *f = start->user;
-    f->zone = kind == &varied_zone;
+    f->zone.now = kind == &varied_zone;
     f->start = *start;
     f->formulation.exchanges = 0;
     kmp_text_free(&f->formulation.reason);
@@ -767,69 +706,40 @@ static const kmp_formulation_kind varied_zone = {
 static const kmp_formulation_kind varied_formulation = {
     .formulation = "varied", .form = "newton", .corrected = true, .near_singular = &varied_zone, .create = create};
 
-/* Derivatives follow when the formulation resumes or begins. */
 static void note_reset(void *user, int count, const bool *taken, const int *condition)
 {
     kmp_forward_formulation *f = user;
-    f->missed = f->missed || f->resets == most_resets(f);
-    if (f->missed)
-        return;
-    for (int k = 0; k < count; k++) {
-        f->taken[f->resets * f->samples + k] = taken[k];
-        f->cause_of[f->resets * f->samples + k] = condition[k];
-    }
-    f->resets++;
-}
-
-int kmp_state_of_sample(const kempe_model *model, int sample)
-{
-    for (int k = 0;; k++)
-        if (kmp_model_state(model, k)->next && sample-- == 0)
-            return k;
+    (void)count;
+    kmp_forward_resets_note(&f->resets, taken, condition);
 }
 
 /* -- the run ----------------------------------------------------------------------------------------- */
 
 bool kmp_forward_make_columns(kmp_forward_formulation *f, int most)
 {
-    const int n = f->n, conditions = f->system->events.count;
-    const double *tail = f->tail;
+    kmp_arena *a = &f->arena;
+    const int n = f->n;
     f->most = most;
-    KMP_ARENA_MAKE(
-        &f->arena,
-        KMP_ROOM(double, n *most, &f->dq, &f->dqd, &f->dqdd, &f->span, &f->speed, &f->dq_before, &f->dqd_before),
-        KMP_ROOM(double, f->m *most, &f->dlambda, &f->held), KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown),
-        KMP_ROOM(double, most, &f->swing, &f->common, &f->last), KMP_ROOM(double, 1 + most, &f->tail),
-        KMP_ROOM(double, conditions *most, &f->swings),
-        KMP_ROOM(double, f->options->alone ? (2 * n + 1) * (1 + most) : 0, &f->wide));
-    if (f->arena.failed)
-        return false;
-    if (tail)
-        f->tail[0] = tail[0];
-    return true;
+    return kmp_forward_place_widen(&f->place, a, n, most) && kmp_event_times_make(&f->times, a, f->system, most) &&
+           kmp_forward_event_make(&f->event, a, f->system, most) && kmp_forward_terms_make(&f->terms, a, n, most) &&
+           KMP_ARENA_MAKE(a, KMP_ROOM(double, n *most, &f->dqdd), KMP_ROOM(double, f->m *most, &f->dlambda, &f->held),
+                          KMP_ROOM(double, f->v->slopes->shown *most, &f->dshown));
 }
 
 static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
-    int n = f->n, conditions = f->system->events.count;
-    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->qdd_before, &f->su, &f->sud, &f->ud, &f->before, &f->kept),
-                   KMP_ROOM(double, n, &f->jerk, &f->row, &f->pace, &f->pace_of_rates),
-                   KMP_ROOM(double, f->m, &f->lambda_rate, &f->rows),
-                   KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
-                   KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart),
-                   KMP_ROOM(double, 2 * n * n, &f->matrix),
-                   KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
-                   KMP_ROOM(bool, conditions, &f->cause, &f->near), KMP_ROOM(double, conditions, &f->swung_t),
-                   KMP_ROOM(int, conditions, &f->swung_by), KMP_ROOM(double, f->samples, &f->next),
-                   KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
-                   KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
-    f->sampled_t = f->last_t = NAN;
-    for (int k = 0; !a->failed && k < conditions; k++)
-        f->swung_t[k] = NAN;
-    for (int i = 0; !a->failed && i < f->n; i++)
-        f->every[i] = i;
-    return !a->failed && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
+    const kempe_system *s = f->system;
+    const int n = f->n;
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, s->events.count, &f->mode), KMP_ROOM(double, 2 * n * n, &f->matrix),
+                        KMP_ROOM(double, KMP_CHART_SIZE * s->chart_count, &f->own_chart),
+                        KMP_ROOM(double, n, &f->zone.su, &f->zone.sud, &f->zone.ud),
+                        KMP_ROOM(int, n, &f->zone.every, &f->choice.signs)))
+        return false;
+    for (int i = 0; i < n; i++)
+        f->zone.every[i] = i;
+    return kmp_forward_place_make(&f->place, a, s) && kmp_forward_resets_make(&f->resets, a, s->model) &&
+           kmp_forward_changes_make(f) && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
 }
 
 /* Puts the start and its derivatives into the place. */
@@ -837,15 +747,16 @@ static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
-    kmp_charts_reset(f->system, f->chart);
-    kmp_eval_set_charts(f->own, f->chart);
-    f->own->frozen = false; /* by the end of an earlier run, as rows that were held there */
+    kmp_charts_reset(f->system, f->own_chart);
+    kmp_charts_reset(f->system, f->place.chart);
+    kmp_eval_set_charts(f->own, f->place.chart);
+    kmp_eval_unfreeze(f->own); /* by the end of an earlier run, as rows that were held there */
     for (int k = 0; k < f->system->events.count; k++)
         if (f->system->events.condition[k].role != KMP_ROLE_NONE)
             kmp_eval_set_kink(f->own, k, 0);
     go_by(f, f->own);
     v->linear.plain = false;
-    KMP_TRY(kmp_sensitivity_equations_start(v, f->q, f->qd, f->dq, f->dqd));
+    KMP_TRY(kmp_sensitivity_equations_start(v, f->place.q, f->place.qd, f->place.dq, f->place.dqd));
     f->p = v->linear.p;
     return KEMPE_OK;
 }
@@ -864,18 +775,18 @@ static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
 {
     kmp_run_spec spec = *f->options->spec;
     kempe_status status = prepare(f);
-    const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
+    const kempe_assembly start = {.system = f->system, .q = f->place.q, .qd = f->place.qd, .closed = true};
     spec.kind = &varied_formulation;
     spec.user = f;
     spec.step = take_step;
     spec.slopes = true;
-    spec.sample = f->samples > 0 ? note_reset : NULL;
+    spec.sample = f->resets.states > 0 ? note_reset : NULL;
     spec.own_angles = f->own_angles = f->options->integrand && reads_angles(f->system, f->options->integrand);
     if (f->options->alone)
         spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
     if (status == KEMPE_OK)
         status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
-    report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->integral = f->integrals && f->place.tail ? f->place.tail[0] : 0;
     report->redundant = f->redundant;
     if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
@@ -902,13 +813,11 @@ kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forwar
                                  .n = varied->n,
                                  .m = varied->m,
                                  .count = options->alone ? 0 : varied->count};
-    for (int k = 0; k < kmp_model_state_count(f.system->model); k++)
-        f.samples += kmp_model_state(f.system->model, k)->next != NULL;
     f.integrals = options->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);
-    for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
-        integral[k] = f.tail[1 + k];
+    for (int k = 0; integral && f.integrals && f.place.tail && k < f.count; k++)
+        integral[k] = f.place.tail[1 + k];
     kmp_text_free(&f.formulation.reason);
     kmp_forward_delays_free(&f);
     kmp_arena_free(&f.arena);

@@ -19,8 +19,6 @@
 #include "integrators/run/run.h"
 #include "model/data/force.h"
 
-struct kmp_forward_formulation;
-
 /** A row: the state, and its derivatives by each parameter (`count` times n, n, n, m, shown). */
 typedef struct kmp_sensitivity_equations_row {
     double t;
@@ -91,32 +89,8 @@ typedef struct kmp_forward_report {
 kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forward *options, const double *sizes,
                              double *integral, kmp_forward_report *report);
 
-/** The place among all states of the one with a next value of number `sample`. */
-int kmp_state_of_sample(const kempe_model *model, int sample);
-
 /** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: of
  * a row. */
 double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equations *varied);
 double kmp_target_of_row(const kmp_forward_target *target, const kmp_sensitivity_equations *varied,
                          const kmp_sensitivity_equations_row *row);
-
-/* -- adjoint.c ---------------------------------------------------------------------------------------- */
-
-typedef struct kmp_adjoint_report {
-    kmp_forward_report forward;
-    long steps, rhs; /* backwards */
-    double cpu_s;    /* of them */
-    size_t kept;     /* bytes of the motion */
-    double value;
-} kmp_adjoint_report;
-
-/** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
-int kmp_forward_stand_at(struct kmp_forward_formulation *f, double t, const double *y, bool whole);
-
-/** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_sensitivity_equations_follow.
- */
-void kmp_forward_follow(struct kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd,
-                        double *dqdd, double *dlambda);
-
-/** True if derivatives of two times are equal up to rounding. */
-bool kmp_forward_same_swing(int count, const double *a, const double *b);

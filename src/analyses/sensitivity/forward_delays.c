@@ -60,7 +60,7 @@ static int motion_of(const kmp_forward_formulation *f, int k)
 /* The place of delay k among the unknowns. */
 static int place_of(const kmp_forward_formulation *f, int k)
 {
-    return f->zone ? motion_of(f, k) : kmp_linear_place(&f->v->linear, motion_of(f, k));
+    return f->zone.now ? motion_of(f, k) : kmp_linear_place(&f->v->linear, motion_of(f, k));
 }
 
 static const kmp_present_inputs *inputs_of(const kmp_forward_formulation *f)
@@ -158,8 +158,8 @@ static kempe_status sample(void *user, double t, const double **values)
     x->begins = false;
     kmp_slopes_along(v->slopes, of, &(kmp_direction){.t = &one, .q = l->qd, .qd = l->qdd}, -1, x->rate);
     for (int p = 0; p < x->parameters; p++) {
-        kmp_forward_follow(f, y, p, f->dq, f->dqd, NULL, NULL);
-        kmp_slopes_along(v->slopes, of, &(kmp_direction){.q = f->dq, .qd = f->dqd}, p, x->row);
+        kmp_forward_follow(f, y, p, f->place.dq, f->place.dqd, NULL, NULL);
+        kmp_slopes_along(v->slopes, of, &(kmp_direction){.q = f->place.dq, .qd = f->place.dqd}, p, x->row);
         take_by(f, 0, p);
     }
     *values = x->now;
@@ -216,7 +216,7 @@ bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, d
 static kmp_instant instant_at(const kmp_forward_formulation *f, double t)
 {
     const kmp_linear *l = &f->v->linear;
-    return kmp_instant_of(l->eval, t, f->q, f->qd, l->qdd, l->lambda);
+    return kmp_instant_of(l->eval, t, f->place.q, f->place.qd, l->qdd, l->lambda);
 }
 
 static kempe_status sample_before(void *user, double t, const double **values)
@@ -246,8 +246,8 @@ static void begin_states(kmp_forward_formulation *f, double t)
         const kmp_instant at = instant_at(f, t);
         (void)kmp_slopes_values(of, &at);
         for (int p = 0; p < x->parameters; p++) {
-            double *dqd = f->dqd + p * f->n;
-            kmp_slopes_along(f->v->slopes, of, &(kmp_direction){.q = f->dq + p * f->n, .qd = dqd}, p, x->row);
+            double *dqd = f->place.dqd + p * f->n;
+            kmp_slopes_along(f->v->slopes, of, &(kmp_direction){.q = f->place.dq + p * f->n, .qd = dqd}, p, x->row);
             for (int k = 0; k < x->count; k++) {
                 const kmp_state *state = state_of(f, k);
                 const int motion = motion_of(f, k);
@@ -269,7 +269,7 @@ static kempe_status begin_given(kmp_forward_formulation *f, int k, double t)
     KMP_TRY(kmp_past_record(&source, t - x->delay[k], t, &fast));
     KMP_TRY(sample_before(f, t - x->delay[k], &value));
     for (int p = 0; p < all; p++)
-        f->dqd[p * f->n + motion_of(f, k)] = value[k * all + p];
+        f->place.dqd[p * f->n + motion_of(f, k)] = value[k * all + p];
     return KEMPE_OK;
 }
 
@@ -279,7 +279,7 @@ static kempe_status begin_constant(kmp_forward_formulation *f, int k, double t)
     double constant[KMP_PAST_DEGREE + 1];
     for (int p = 0; p < x->parameters; p++) {
         for (int i = 0; i <= KMP_PAST_DEGREE; i++)
-            constant[i] = f->dqd[p * f->n + motion_of(f, k)];
+            constant[i] = f->place.dqd[p * f->n + motion_of(f, k)];
         if (!kmp_past_add(&x->past->signal[k * x->parameters + p], t - x->delay[k], t, constant))
             return KEMPE_E_MEMORY;
     }
@@ -303,7 +303,7 @@ kempe_status kmp_forward_delays_begin(kmp_forward_formulation *f, double t)
     }
     for (int k = 0; k < x->count; k++) {
         x->delay[k] = past->signal[k].delay;
-        x->last[k] = state_of(f, k)->before ? x->value[x->count + k] : f->qd[motion_of(f, k)];
+        x->last[k] = state_of(f, k)->before ? x->value[x->count + k] : f->place.qd[motion_of(f, k)];
         for (int p = 0; p < x->parameters; p++)
             x->past->signal[k * x->parameters + p].delay = x->delay[k];
     }
@@ -381,7 +381,7 @@ void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double 
     if (!x)
         return;
     const bool more = x->t == t;
-    x->mixed = more && (x->mixed || !kmp_forward_same_swing(x->parameters, x->swing, swing));
+    x->mixed = more && (x->mixed || !kmp_same_swing(x->parameters, x->swing, swing));
     x->t = t;
     memcpy(x->swing, swing, (size_t)x->parameters * sizeof *swing);
 }
@@ -403,7 +403,7 @@ int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double *
             continue;
         for (int p = 0; p < x->parameters; p++)
             x->now[p] = jump->swing[p] + x->by[k * x->parameters + p];
-        if (*swing && !kmp_forward_same_swing(x->parameters, x->swing_now, x->now)) {
+        if (*swing && !kmp_same_swing(x->parameters, x->swing_now, x->now)) {
             kmp_text_printf(&f->formulation.reason,
                             "'%s' jumps at t = %.9g s together with another delayed signal, and the two times depend "
                             "on parameters differently: the motion has no derivative there",
@@ -423,10 +423,10 @@ void kmp_forward_delays_pass(kmp_forward_formulation *f, double t, const double 
     for (int k = 0; x && k < x->count; k++) {
         const int motion = motion_of(f, k);
         kmp_present_inputs_delayed(inputs_of(f), state_of(f, k)->signal, t, u);
-        f->qd[motion] = qd[motion];
+        f->place.qd[motion] = qd[motion];
         for (int p = 0; p < x->parameters; p++) {
             recall(f, k, p, t, values);
-            f->dqd[p * f->n + motion] = values[0] + u[1] * f->swing[p];
+            f->place.dqd[p * f->n + motion] = values[0] + u[1] * f->times.swing[p];
         }
     }
 }

@@ -27,5 +27,5 @@ void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double 
 /** dt/dp where delayed signals jump at t; NULL: none does. KMP_HALT: several do, at different times. */
 int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double **swing);
 
-/** Puts their states (of qd) and derivatives along a time with f->swing into the place. */
+/** Puts their states (of qd) and derivatives along a time with f->times.swing into the place. */
 void kmp_forward_delays_pass(kmp_forward_formulation *f, double t, const double *qd);

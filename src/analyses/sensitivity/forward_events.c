@@ -11,41 +11,29 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
+#include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
 
-/* -- along an event ------------------------------------------------------------------------------------- */
-
-/* Adds rates and accelerations, times `sign` and dt_e/dp, to the derivatives, and the sizes of these terms to the sums
- * of sizes, at least by their rounding. */
-static void add_terms(kmp_forward_formulation *f, const double *qd, const double *qdd, double sign, const double *swing)
+bool kmp_forward_event_make(kmp_forward_event *event, kmp_arena *arena, const kempe_system *system, int columns)
 {
-    for (int i = 0; i < f->n; i++) {
-        const double usual = f->start.rate_scale * f->system->scale[i] * KMP_IMPACT_RATES / KMP_SLOPE_LOOSE;
-        const double rate = fabs(qd[i]) + usual, acceleration = fabs(qdd[i]) + usual * f->start.rate_scale;
-        f->pace[i] += rate;
-        f->pace_of_rates[i] += acceleration;
-        for (int k = 0; k < f->count; k++) {
-            const int at = k * f->n + i;
-            if (swing[k] == 0)
-                continue;
-            f->dq[at] += qd[i] * (sign * swing[k]);
-            f->dqd[at] += qdd[i] * (sign * swing[k]);
-            f->span[at] += rate * fabs(swing[k]);
-            f->speed[at] += acceleration * fabs(swing[k]);
-        }
-    }
+    event->last_t = NAN;
+    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->n, &event->qdd, &event->row),
+                          KMP_ROOM(double, system->m, &event->rows), KMP_ROOM(bool, system->events.count, &event->near),
+                          KMP_ROOM(double, columns, &event->swing, &event->last));
 }
+
+/* -- next values and signals ---------------------------------------------------------------------------- */
 
 /* Next values and delayed signals that jump take part in the event of the run, before which the place is: they have its
  * time. */
 static int join_event(kmp_forward_formulation *f, double t, bool jumps)
 {
-    const bool moves = kmp_forward_are_different(f, f->swing, NULL);
-    if (f->cause_before >= 0 ? kmp_forward_are_different(f, f->swing, f->common)
-                             : kmp_forward_are_different(f, f->common, NULL)) {
-        for (int k = 0; k < f->samples && f->resets > 0 && !jumps; k++)
-            if (f->taken[k])
+    const bool moves = kmp_swings_differ(f->count, f->times.swing, NULL);
+    if (f->event.cause >= 0 ? kmp_swings_differ(f->count, f->times.swing, f->event.swing)
+                            : kmp_swings_differ(f->count, f->event.swing, NULL)) {
+        for (int k = 0; k < f->resets.states && f->resets.count > 0 && !jumps; k++)
+            if (f->resets.taken[k])
                 return kmp_forward_halt_at_event(f, k, t);
         return kmp_forward_halt(
             f,
@@ -53,11 +41,11 @@ static int join_event(kmp_forward_formulation *f, double t, bool jumps)
             "respect to parameters there",
             t);
     }
-    if (f->cause_before < 0 && moves) {
-        add_terms(f, f->qd, f->qdd_before, 1, f->swing);
-        f->cause_before = f->reset_cause;
+    if (f->event.cause < 0 && moves) {
+        kmp_forward_add_terms(f, f->place.qd, f->event.qdd, 1, f->times.swing);
+        f->event.cause = f->resets.cause;
     }
-    memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
+    memcpy(f->event.swing, f->times.swing, (size_t)f->count * sizeof *f->times.swing);
     return KMP_GO;
 }
 
@@ -66,21 +54,17 @@ static int join_event(kmp_forward_formulation *f, double t, bool jumps)
  * an event of the run, or at a time that depends on no parameter. */
 static int reset_place(kmp_forward_formulation *f, double t, const double *jump, const double *qd)
 {
-    kmp_evaluator *eval = kmp_forward_eval(f);
-    if (kmp_forward_find_reset_swing(f, jump, t) != KMP_GO || (f->passing && join_event(f, t, jump != NULL) != KMP_GO))
+    if (kmp_forward_find_reset_swing(f, jump, t) != KMP_GO ||
+        (f->event.passing && join_event(f, t, jump != NULL) != KMP_GO))
         return KMP_HALT;
-    if (!f->passing && kmp_forward_are_different(f, f->swing, NULL))
+    if (!f->event.passing && kmp_swings_differ(f->count, f->times.swing, NULL))
         return kmp_forward_halt(
             f, "a state changes at t = %.9g s, where the equations are derived again: derivatives end there", t);
-    memcpy(f->new_chart, eval->chart, kmp_forward_chart_bytes(f));
-    memcpy(f->new_mode, eval->mode, kmp_forward_mode_bytes(f));
-    kmp_eval_set_charts(eval, f->chart);
-    kmp_forward_set_modes(f, f->mode);
+    kmp_forward_step_back(f);
     if (qd)
         kmp_forward_delays_pass(f, t, qd);
     kmp_forward_take_next_values(f, t);
-    kmp_forward_set_modes(f, f->new_mode);
-    kmp_eval_set_charts(eval, f->new_chart);
+    kmp_forward_step_forth(f);
     return KMP_GO;
 }
 
@@ -96,32 +80,7 @@ static bool shares_load(const kmp_friction_run *friction)
     return shares;
 }
 
-/* True if the condition of the last swing has not been crossed by the motion at t, but has jumped with the rates or
- * with a state at the event before, which has the same time. */
-static bool has_jumped(const kmp_forward_formulation *f, double t)
-{
-    return f->last_t == t && f->distance * f->start.rate_scale > KMP_SLOPE_JUMPED;
-}
-
-/* The size of the quantity by which column k differentiates. */
-static double size_of(const kmp_forward_formulation *f, int k)
-{
-    return f->column_size && k >= f->v->count ? f->column_size[k] : f->sizes[k];
-}
-
-/* True if f->swing and f->common are derivatives of one time, up to rounding. */
-static bool have_one_time(const kmp_forward_formulation *f)
-{
-    bool have = true;
-    for (int k = 0; k < f->count; k++) {
-        const double size = fmax(fabs(f->swing[k]), fabs(f->common[k]));
-        const double rounding = KMP_SLOPE_ROUNDED / (f->start.rate_scale * size_of(f, k));
-        have = have && fabs(f->swing[k] - f->common[k]) <= KMP_SLOPE_SAME_TIME * size + rounding;
-    }
-    return have;
-}
-
-/* dt_e/dp of the event that the run passes, whose conditions have one time: f->common. */
+/* dt_e/dp of the event that the run passes, whose conditions have one time: f->event.swing. */
 static int find_common_swing(kmp_forward_formulation *f, double t, const double *y)
 {
     const kmp_passed_event *event = f->start.passed;
@@ -129,15 +88,18 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
     int cause = -1;
     for (int k = 0; k < f->system->events.count; k++) {
         const kmp_condition *condition = &f->system->events.condition[k];
-        f->near[k] = given && !condition->kink && condition->role == KMP_ROLE_NONE && kmp_forward_coincides(f, k, t, y);
+        f->event.near[k] =
+            given && !condition->kink && condition->role == KMP_ROLE_NONE && kmp_forward_coincides(f, k, t, y);
     }
-    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
+    memset(f->times.swing, 0, (size_t)f->count * sizeof *f->times.swing);
     for (int k = 0; k < f->system->events.count && !given; k++) {
         if (!event->caused[k] || f->system->events.condition[k].kink)
             continue;
         const bool crossed = kmp_forward_find_swing(f, k, y);
-        if (has_jumped(f, t))
-            memcpy(f->swing, f->last, (size_t)f->count * sizeof *f->swing);
+        /* A condition that the motion has not crossed at t has jumped with the rates or with a state at the event
+         * before, which has the same time. */
+        if (f->event.last_t == t && f->times.distance * f->start.rate_scale > KMP_SLOPE_JUMPED)
+            memcpy(f->times.swing, f->event.last, (size_t)f->count * sizeof *f->times.swing);
         else if (!crossed)
             return kmp_forward_halt(f,
                                     "the condition %s is touched at t = %.9g without crossing: the motion has no "
@@ -149,7 +111,7 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                 "%s lets go at t = %.9g s, where rows that depend on each other share its load: the "
                 "motion has no derivative with respect to parameters there",
                 f->system->event_text[k], t);
-        if (cause >= 0 && !have_one_time(f) &&
+        if (cause >= 0 && !kmp_forward_have_one_time(f) &&
             kmp_forward_require_one_time(
                 f, kmp_arena_printf(&f->arena,
                                     "the conditions %s and %s change together at t = %.9g, at times that depend on "
@@ -157,30 +119,11 @@ static int find_common_swing(kmp_forward_formulation *f, double t, const double 
                                     f->system->event_text[cause], f->system->event_text[k], t)) != KMP_GO)
             return KMP_HALT;
         cause = k;
-        memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
+        memcpy(f->event.swing, f->times.swing, (size_t)f->count * sizeof *f->times.swing);
     }
-    memcpy(f->common, f->swing, (size_t)f->count * sizeof *f->swing);
-    f->cause_before = cause;
-    return kmp_same_time(f->sampled_t, t) && kmp_forward_are_different(f, f->swing, NULL)
-               ? kmp_forward_halt_at_event(f, f->sampled, t)
-               : KMP_GO;
-}
-
-/* Begins the sums of sizes with the derivatives, and with rounding of coordinates. */
-static void begin_terms(kmp_forward_formulation *f)
-{
-    for (int k = 0; k < f->count; k++)
-        for (int i = 0; i < f->n; i++) {
-            const int at = k * f->n + i;
-            const double rounding = kmp_forward_rounding(f, i) / size_of(f, k);
-            f->span[at] = fabs(f->dq[at]) + rounding;
-            f->speed[at] = fabs(f->dqd[at]) + rounding * f->start.rate_scale;
-        }
-    const size_t size = (size_t)(f->count * f->n) * sizeof *f->dq;
-    memcpy(f->dq_before, f->dq, size);
-    memcpy(f->dqd_before, f->dqd, size);
-    memset(f->pace, 0, (size_t)f->n * sizeof *f->pace);
-    memset(f->pace_of_rates, 0, (size_t)f->n * sizeof *f->pace_of_rates);
+    memcpy(f->event.swing, f->times.swing, (size_t)f->count * sizeof *f->times.swing);
+    f->event.cause = cause;
+    return kmp_forward_halt_at_sample(f, t);
 }
 
 int kmp_forward_leave_at_event(kmp_forward_formulation *f, double t, const double *y)
@@ -188,11 +131,11 @@ int kmp_forward_leave_at_event(kmp_forward_formulation *f, double t, const doubl
     const kmp_linear *l = &f->v->linear;
     if (kmp_forward_spread(f, t, y) != KMP_GO || find_common_swing(f, t, y) != KMP_GO)
         return KMP_HALT;
-    f->integrand_before = kmp_forward_integrand_here(f);
-    begin_terms(f);
-    memcpy(f->qdd_before, l->qdd, (size_t)f->n * sizeof *l->qdd);
-    add_terms(f, l->qd, l->qdd, 1, f->swing);
-    f->passing = true;
+    f->event.integrand = kmp_forward_integrand_here(f);
+    kmp_forward_begin_terms(f);
+    memcpy(f->event.qdd, l->qdd, (size_t)f->n * sizeof *l->qdd);
+    kmp_forward_add_terms(f, l->qd, l->qdd, 1, f->times.swing);
+    f->event.passing = true;
     return KMP_GO;
 }
 
@@ -203,15 +146,13 @@ int kmp_forward_arrive_with_signals(kmp_forward_formulation *f, const kmp_formul
     const double *jump = NULL;
     if (!first && kmp_forward_delays_jump(f, start->t, &jump) != KMP_GO)
         return KMP_HALT;
-    if (jump && !f->passing)
+    if (jump && !f->event.passing)
         return kmp_forward_halt(
             f, "a delayed signal jumps at t = %.9g s, where the equations are derived again: derivatives end there",
             start->t);
-    if (f->resets > 0 || jump)
+    if (f->resets.count > 0 || jump)
         return reset_place(f, start->t, jump, first ? NULL : start->qd);
-    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
-    if (f->passing)
-        memcpy(f->swing, f->common, (size_t)f->count * sizeof *f->swing);
+    kmp_copy_or_zero(f->count, kmp_forward_event_swing(&f->event), f->times.swing);
     if (!first)
         kmp_forward_delays_pass(f, start->t, start->qd);
     return KMP_GO;
@@ -220,35 +161,27 @@ int kmp_forward_arrive_with_signals(kmp_forward_formulation *f, const kmp_formul
 int kmp_forward_arrive_after_event(kmp_forward_formulation *f, const kmp_formulation_start *start, bool first)
 {
     const kmp_passed_event *event = start->passed;
-    if (!event || (!f->passing && !(first && event->impact)))
+    if (!event || (!f->event.passing && !(first && event->impact)))
         return KMP_GO;
-    for (int k = 0; f->passing && k < f->system->events.count; k++)
-        if (f->near[k] && kmp_forward_mode_differs(f, k, start->eval->mode))
+    for (int k = 0; f->event.passing && k < f->system->events.count; k++)
+        if (f->event.near[k] && kmp_forward_mode_differs(f, k, start->eval->conditions.mode))
             return kmp_forward_halt_at_input(f, k, start->t);
-    memcpy(f->swing, f->common, (size_t)f->count * sizeof *f->swing);
-    kmp_forward_note_swings(f, f->mode, start->t, f->cause_before);
-    memcpy(f->mode, start->eval->mode, kmp_forward_mode_bytes(f));
+    memcpy(f->times.swing, f->event.swing, (size_t)f->count * sizeof *f->times.swing);
+    kmp_event_times_note(&f->times, f->mode, start->eval->conditions.mode, start->t, f->event.cause);
+    memcpy(f->mode, start->eval->conditions.mode, kmp_forward_mode_bytes(f));
     if (kmp_forward_charts_differ(f, start->eval->chart))
         return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",
                                 start->t);
-    if (!f->passing)
-        begin_terms(f);
+    if (!f->event.passing)
+        kmp_forward_begin_terms(f);
     if (f->count > 0 && (event->impact || event->switched) && kmp_forward_strike(f, start) != KMP_GO)
         return KMP_HALT;
-    memcpy(f->qd, start->qd, (size_t)f->n * sizeof *f->qd);
+    memcpy(f->place.qd, start->qd, (size_t)f->n * sizeof *f->place.qd);
     return KMP_GO;
 }
 
 /* The checks of a row that is held: that it keeps its distance and its rate. */
 enum { DISTANCE, RATE, CHECKS };
-
-static const char *reason_of(kmp_forward_formulation *f, const kmp_friction_element *e, int check)
-{
-    return kmp_arena_printf(&f->arena,
-                            "%s is closed at t = %.9g s, but its %s changes with a parameter: the motion has no "
-                            "derivative there",
-                            f->system->event_text[e->slot], f->start.t, check == DISTANCE ? "distance" : "rate");
-}
 
 /* Judges the checks of a row. Small changes belong to the last state. */
 static int judge_row(kmp_forward_formulation *f, const kmp_friction_element *e, const kmp_forward_check *check)
@@ -256,13 +189,21 @@ static int judge_row(kmp_forward_formulation *f, const kmp_friction_element *e, 
     const kmp_pattern *entries = &f->system->jacobian;
     if (!check[DISTANCE].fails && !check[RATE].fails)
         return KMP_GO;
-    memset(f->row, 0, (size_t)f->n * sizeof *f->row);
+    memset(f->event.row, 0, (size_t)f->n * sizeof *f->event.row);
     for (int j = 0; j < entries->count; j++)
         if (entries->row[j] == e->row)
-            f->row[entries->col[j]] += kmp_forward_eval(f)->jacobian[j];
-    for (int c = 0; c < CHECKS; c++)
-        if (check[c].fails && kmp_forward_require(f, &check[c], f->row, reason_of(f, e, c)) != KMP_GO)
+            f->event.row[entries->col[j]] += kmp_forward_eval(f)->jacobian[j];
+    for (int c = 0; c < CHECKS; c++) {
+        if (!check[c].fails)
+            continue;
+        const char *reason =
+            kmp_arena_printf(&f->arena,
+                             "%s is closed at t = %.9g s, but its %s changes with a parameter: the "
+                             "motion has no derivative there",
+                             f->system->event_text[e->slot], f->start.t, c == DISTANCE ? "distance" : "rate");
+        if (kmp_forward_require(f, &check[c], f->event.row, reason) != KMP_GO)
             return KMP_HALT;
+    }
     return KMP_GO;
 }
 
@@ -281,10 +222,10 @@ static int hold_row(kmp_forward_formulation *f, const kmp_friction_element *e, i
             continue;
         const double by = kmp_forward_eval(f)->jacobian[j];
         const int at = k * f->n + entries->col[j];
-        *moved += by * f->dq[at];
-        span += fabs(by) * f->span[at];
-        rate += by * f->dqd[at];
-        speed += fabs(by) * f->speed[at];
+        *moved += by * f->place.dq[at];
+        span += fabs(by) * f->terms.span[at];
+        rate += by * f->place.dqd[at];
+        speed += fabs(by) * f->terms.speed[at];
     }
     check[DISTANCE].off[k] = *moved;
     check[RATE].off[k] = rate;
@@ -301,14 +242,14 @@ static int hold_all(kmp_forward_formulation *f, const kmp_friction_run *friction
         double *held = f->held + k * f->m;
         memset(held, 0, (size_t)f->m * sizeof *held);
         const kmp_change change = kmp_sensitivity_equations_change(v, k);
-        memcpy(f->rows, change.rate, (size_t)f->m * sizeof *f->rows);
-        kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, f->dq + k * f->n, f->rows);
+        memcpy(f->event.rows, change.rate, (size_t)f->m * sizeof *f->event.rows);
+        kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, f->place.dq + k * f->n, f->event.rows);
         for (int i = 0; i < friction->count; i++) {
             const kmp_friction_element *e = &friction->element[i];
             held[e->row] = change.h[e->row];
             if (e->stance != KMP_FRICTION_HELD)
                 held[e->row] = 0;
-            else if (hold_row(f, e, k, f->rows[e->row], &held[e->row], check + CHECKS * i) != KMP_GO)
+            else if (hold_row(f, e, k, f->event.rows[e->row], &held[e->row], check + CHECKS * i) != KMP_GO)
                 return KMP_HALT;
         }
     }
@@ -342,17 +283,18 @@ int kmp_forward_go_on_after_event(kmp_forward_formulation *f, const kmp_formulat
         return KMP_GO;
     if (kmp_forward_stand_at(f, start->t, y, true) != KMP_GO)
         return KMP_HALT;
-    if (!f->passing)
-        begin_terms(f);
-    if (f->passing)
-        add_terms(f, l->qd, l->qdd, -1, f->common);
-    for (int k = 0; f->passing && f->integrals && k < f->count; k++)
-        y[2 * kmp_forward_blocks(f) + 1 + k] += (f->integrand_before - kmp_forward_integrand_here(f)) * f->common[k];
-    if (f->passing && (f->last_t != start->t || kmp_forward_are_different(f, f->common, NULL))) {
-        memcpy(f->last, f->common, (size_t)f->count * sizeof *f->last);
-        f->last_t = start->t;
+    if (!f->event.passing)
+        kmp_forward_begin_terms(f);
+    if (f->event.passing)
+        kmp_forward_add_terms(f, l->qd, l->qdd, -1, f->event.swing);
+    for (int k = 0; f->event.passing && f->integrals && k < f->count; k++)
+        y[2 * kmp_forward_blocks(f) + 1 + k] +=
+            (f->event.integrand - kmp_forward_integrand_here(f)) * f->event.swing[k];
+    if (f->event.passing && (f->event.last_t != start->t || kmp_swings_differ(f->count, f->event.swing, NULL))) {
+        memcpy(f->event.last, f->event.swing, (size_t)f->count * sizeof *f->event.last);
+        f->event.last_t = start->t;
     }
-    f->passing = false;
+    f->event.passing = false;
     if (hold_rows(f) != KMP_GO)
         return KMP_HALT;
     kmp_forward_pack(f, y);

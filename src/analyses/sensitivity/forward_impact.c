@@ -91,18 +91,12 @@ static void add_closures(impact *x, const kmp_friction_run *friction)
     }
 }
 
-/* True of a contact or friction that may have an impulse. */
-static bool acts(const kmp_impact_run *p, int k)
-{
-    return p->f[k] != 0 || (p->side[k] == 0 && p->upper[k] > p->lower[k]);
-}
-
-/* Contacts and friction that act. */
+/* Contacts and friction that act: their impulse is not zero, or need not be. */
 static void add_struck(impact *x, const kmp_impact_run *p)
 {
     for (int k = 0; p && k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
-        if (!acts(p, k))
+        if (p->f[k] == 0 && (p->side[k] != 0 || p->upper[k] <= p->lower[k]))
             continue;
         acting *a = add_row(x, e->row);
         a->struck = true;
@@ -139,20 +133,21 @@ static const double *add_changes(impact *x, const double *qd, const double *qdd,
     kmp_forward_formulation *f = x->f;
     kmp_sensitivity_equations *v = f->v;
     kmp_linear *l = &v->linear;
-    kmp_instant at = kmp_instant_of(l->eval, x->t, f->q, qd, qdd, x->zero);
+    kmp_instant at = kmp_instant_of(l->eval, x->t, f->place.q, qd, qdd, x->zero);
     at.mode = x->mode;
     const double *d = kmp_tangents_derivatives(&l->tangents, &at);
     kmp_slopes_at(v->slopes, &at);
+    const double *swing = kmp_forward_event_swing(&f->event);
     const int n = x->n, m = x->m;
     for (int k = 0; k < f->count; k++) {
-        const double *dq = f->dq + k * n;
-        double *to = x->force + k * n, *by = f->rows;
+        const double *dq = f->place.dq + k * n;
+        double *to = x->force + k * n, *by = f->event.rows;
         memset(by, 0, (size_t)m * sizeof *by);
         kmp_tangents_add(&l->tangents, KMP_RATE_Q, d, 1, dq, by);
         if (force != 0) /* forces may have no derivative there */
             kmp_tangents_add(&l->tangents, KMP_R_Q, d, force, dq, to);
         for (int time = 0; time < 2; time++) {
-            const double factor = time ? f->passing ? f->common[k] : 0 : 1;
+            const double factor = !time ? 1 : swing ? swing[k] : 0;
             const kmp_change change = kmp_sensitivity_equations_change(v, time ? KMP_COLUMN_OF_TIME : k);
             for (int r = 0; factor != 0 && r < m; r++)
                 by[r] += factor * change.rate[r];
@@ -199,7 +194,7 @@ static bool find_impulses(impact *x)
             b[i] += x->mass[i + j * n] * x->jump[j];
         size += fabs(b[i]) * scale[i];
         for (int j = 0; j < n; j++)
-            rounding += fabs(x->mass[i + j * n]) * (fabs(x->after[j]) + fabs(x->f->qd[j])) * scale[i];
+            rounding += fabs(x->mass[i + j * n]) * (fabs(x->after[j]) + fabs(x->f->place.qd[j])) * scale[i];
         for (int k = 0; k < x->count; k++)
             b[i] -= x->rows[k + i * x->count] * x->act[k].f;
         b[i] *= scale[i];
@@ -272,7 +267,7 @@ static void note_obstacles(impact *x, int k, int parameter)
     kmp_forward_check *check = &x->one_time[k];
     double span = 0;
     for (int i = 0; i < x->n; i++)
-        span += fabs(x->rows[k + i * x->count]) * x->f->span[parameter * x->n + i];
+        span += fabs(x->rows[k + i * x->count]) * x->f->terms.span[parameter * x->n + i];
     check->off[parameter] = a->distance >= 0 ? x->change[a->distance] : 0;
     check->fails = check->fails || fabs(check->off[parameter]) > kmp_forward_part(check) * span;
     x->begins = x->begins || (a->e == 0 && a->restitution >= 0 && x->change[a->restitution] != 0);
@@ -282,8 +277,10 @@ static void note_obstacles(impact *x, int k, int parameter)
 static void put_laws(impact *x, int parameter)
 {
     kmp_forward_formulation *f = x->f;
-    double *right = x->right + parameter * x->size + x->n, time = f->passing ? f->common[parameter] : 0;
-    const kmp_direction direction = {.t = &time, .q = f->dq + parameter * x->n, .qd = f->dqd + parameter * x->n};
+    const double *swing = kmp_forward_event_swing(&f->event);
+    double *right = x->right + parameter * x->size + x->n, time = swing ? swing[parameter] : 0;
+    const kmp_direction direction = {
+        .t = &time, .q = f->place.dq + parameter * x->n, .qd = f->place.dqd + parameter * x->n};
     kmp_slopes_along(f->v->slopes, &f->v->slopes->events, &direction, parameter, x->change);
     for (int k = 0; k < x->count; k++) {
         const acting *a = &x->act[k];
@@ -291,7 +288,7 @@ static void put_laws(impact *x, int parameter)
         if (a->law == LAW_RATE) {
             double old = 0;
             for (int i = 0; i < x->n; i++)
-                old += x->rows[k + i * x->count] * f->dqd[parameter * x->n + i];
+                old += x->rows[k + i * x->count] * f->place.dqd[parameter * x->n + i];
             right[k] = -x->rate[parameter * x->m + a->row] - a->e * old;
             const double change = a->restitution >= 0 ? x->change[a->restitution] : 0;
             right[k] -= change * a->v;
@@ -321,7 +318,7 @@ static int solve(impact *x)
             double *to = &x->right[i + p * size];
             *to = -x->force[p * n + i];
             for (int j = 0; j < n; j++)
-                *to += x->mass[i + j * n] * x->f->dqd[p * n + j];
+                *to += x->mass[i + j * n] * x->f->place.dqd[p * n + j];
         }
     }
     /* Scaled: coordinates by their scales, rows by the scales of rows over the size of M. */
@@ -344,7 +341,7 @@ static int solve(impact *x)
         return -1;
     for (int p = 0; p < parameters; p++)
         for (int i = 0; i < n; i++)
-            x->f->dqd[p * n + i] = x->solution[i + p * size] * scale[i];
+            x->f->place.dqd[p * n + i] = x->solution[i + p * size] * scale[i];
     return 0;
 }
 
@@ -367,7 +364,7 @@ static bool make_room(impact *x)
 /* Conditions in which friction and contacts act only by rows. */
 static void set_modes(impact *x, const kmp_friction_run *friction)
 {
-    memcpy(x->mode, x->f->v->linear.eval->mode, (size_t)x->f->system->events.count * sizeof *x->mode);
+    memcpy(x->mode, x->f->v->linear.eval->conditions.mode, (size_t)x->f->system->events.count * sizeof *x->mode);
     for (int i = 0; friction && i < friction->count; i++) {
         const kmp_friction_element *e = &friction->element[i];
         double *mode = x->mode + e->slot;
@@ -384,7 +381,7 @@ static bool take_jump(impact *x, bool strikes)
     const kmp_forward_formulation *f = x->f;
     bool jumps = strikes;
     for (int i = 0; i < x->n; i++) {
-        const double before = f->qd[i], usual = f->system->scale[i] * f->start.rate_scale;
+        const double before = f->place.qd[i], usual = f->system->scale[i] * f->start.rate_scale;
         x->jump[i] = x->after[i] - before;
         jumps = jumps || fabs(x->jump[i]) > KMP_IMPACT_RATES * (fabs(x->after[i]) + fabs(before) + usual);
     }
@@ -400,9 +397,9 @@ static int add_jump(impact *x)
         return kmp_forward_halt(f, "the jump of the rates at t = %.9g has no derivative with respect to parameters",
                                 x->t);
     (void)add_changes(x, x->after, x->jump, 1, false, false);
-    kmp_instant there = kmp_instant_of(f->v->linear.eval, x->t, f->q, x->zero, x->zero, x->zero);
+    kmp_instant there = kmp_instant_of(f->v->linear.eval, x->t, f->place.q, x->zero, x->zero, x->zero);
     there.mode = x->mode;
-    kmp_sensitivity_equations_pull(f->v, &there, x->lambda, f->dq, f->passing ? f->common : NULL, x->pulled);
+    kmp_sensitivity_equations_pull(f->v, &there, x->lambda, f->place.dq, kmp_forward_event_swing(&f->event), x->pulled);
     for (int i = 0; i < f->count * x->n; i++)
         x->force[i] -= x->pulled[i];
     return KMP_GO;
@@ -416,12 +413,12 @@ static int judge_times(impact *x)
         if (!x->one_time[k].fails)
             continue;
         for (int i = 0; i < x->n; i++)
-            f->row[i] = x->rows[k + i * x->count];
+            f->event.row[i] = x->rows[k + i * x->count];
         const char *reason = kmp_arena_printf(&f->arena,
                                               "contacts strike together at t = %.9g s, at times that depend on "
                                               "parameters in different ways: the motion has no derivative there",
                                               x->t);
-        if (kmp_forward_require(f, &x->one_time[k], f->row, reason) != KMP_GO)
+        if (kmp_forward_require(f, &x->one_time[k], f->event.row, reason) != KMP_GO)
             return KMP_HALT;
     }
     return KMP_GO;
@@ -444,10 +441,10 @@ static int strike(impact *x, const kmp_passed_event *event)
     }
     const bool jumps = take_jump(x, event->impact != NULL);
     take_matrices(x, add_changes(x, x->after, x->zero, jumps ? -1 : 0, false, true));
-    (void)add_changes(x, f->qd, x->zero, 0, true, true);
+    (void)add_changes(x, f->place.qd, x->zero, 0, true, true);
     if (jumps && add_jump(x) != KMP_GO)
         return KMP_HALT;
-    const kmp_instant at = kmp_instant_of(f->v->linear.eval, x->t, f->q, f->qd, x->zero, x->zero);
+    const kmp_instant at = kmp_instant_of(f->v->linear.eval, x->t, f->place.q, f->place.qd, x->zero, x->zero);
     (void)kmp_slopes_values(&f->v->slopes->events, &at);
     if (solve(x)) {
         (void)kmp_fail_memory(f->system->context);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The formulation of a motion with sensitivities, for forward.c and its parts.
  *
- * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
- * of its sensitivities, stored before the unknowns change their meaning.
+ * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its; near a rank loss of J, in a
+ * zone, all n coordinates in place of u. Its parts are what the motion carries over a change of the unknowns' meaning:
+ * the place, the times of events, next values of states, the event of the run, delayed signals.
  *
  * A motion without sensitivities has columns of them only while it passes an event or a change of unknowns:
  * by the parameters and by the state before, in further unknowns (forward_map.c). */
@@ -10,11 +11,33 @@
 
 #include "analyses/derivatives/varied_lanes.h"
 #include "analyses/sensitivity/forward.h"
+#include "analyses/sensitivity/forward_events.h"
+#include "analyses/sensitivity/forward_place.h"
+#include "analyses/sensitivity/forward_requirements.h"
+#include "analyses/sensitivity/forward_resets.h"
+#include "analyses/sensitivity/forward_times.h"
 #include "base/arena.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 
 typedef struct kmp_forward_delays kmp_forward_delays;
+typedef struct kmp_forward_changes kmp_forward_changes;
+typedef struct kmp_forward_mapping kmp_forward_mapping;
+
+/** This judges the choice of u: it is good while it is well conditioned, and no step has jumped over a dead centre. */
+typedef struct kmp_forward_choice {
+    int *signs;    /* of the blocks of Jv at the last step */
+    bool crossed;  /* a step has been refused since, because they differ */
+    double growth; /* of dv/du */
+    bool due;      /* other coordinates are taken before the next step */
+} kmp_forward_choice;
+
+/** All coordinates as unknowns. */
+typedef struct kmp_forward_zone {
+    bool now;
+    int *every;            /* 0 .. n - 1 */
+    double *su, *sud, *ud; /* p: the rows of u among the unknowns */
+} kmp_forward_zone;
 
 typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
@@ -24,58 +47,30 @@ typedef struct kmp_forward_formulation {
     const kmp_forward *options;
     const kempe_system *system;
     const double *sizes;
-    kmp_formulation_start start;   /* of the current formulation */
-    int n, m, p, count, integrals; /* columns of sensitivities now; the last of the unknowns */
-    int most;                      /* columns at most */
-    int redundant;                 /* rows */
-    int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
-    double growth;
-    bool begun, due, crossed, zone, own_angles;
+    kmp_formulation_start start; /* of the current formulation */
+    int n, m, p;
+    int count, most; /* columns of sensitivities now; with room */
+    int integrals;   /* the last of the unknowns */
+    int width;       /* of the coordinates that are unknowns */
+    int redundant;   /* rows */
+    bool begun, own_angles;
     bool in_lanes;                   /* the last state is the last lane's, without accelerations */
-    double t;                        /* of the place that is kept between two formulations or charts: */
-    double *chart, *q, *qd;          /* all charts; n */
-    double *dq, *dqd;                /* count x n */
-    double *tail;                    /* integrals */
-    double *dqdd, *dlambda, *dshown; /* a row's, by all columns */
-    const double *row_y;             /* unknowns of the last whole row */
+    double *mode;                    /* conditions at the end of the last step */
     double *matrix;                  /* 2 p x 2 p */
-    int *signs, *signs_now, *old_u;
-    double *mode, *new_mode; /* conditions: before, and after */
-    double *next_mode;
-    bool *cause;
-    double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
-    double *before, *swing, *kept;       /* p; count: dt_e/dp; p */
-    double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t;            /* conditions x most: dt_e/dp of each where it changed last, and that time */
-    double *jerk, *lambda_rate;          /* n, m: rates of accelerations and multipliers along the motion */
-    double *common;                      /* count: dt_e/dp of the event that is passed */
-    double integrand_before;             /* the integrand before it, and accelerations: n */
-    double *qdd_before;
-    double *last, last_t;           /* count: dt_e/dp of the event that was passed last, and its time */
-    bool *near;                     /* conditions: the motion crosses them where an input jumps */
-    double distance;                /* of the last swing: the time by which its condition is beyond zero */
-    double *held;                   /* columns x m: v->held */
-    double *rows, *row;             /* m; n: a row of J */
-    double *span, *speed;           /* count x n: sizes of the terms of dq and dqd at an event */
-    double *dq_before, *dqd_before; /* count x n: before the event, along which */
-    double *pace, *pace_of_rates;   /* n: sums of sizes of rates and accelerations */
-    int cause_before;               /* its condition; -1: none that depends on parameters */
-    bool passing;                   /* the place is the one before an event of the run, with derivatives along it */
-    int *swung_by;                  /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;            /* states with next values; times that some took them since the last start */
-    bool *taken, missed;            /* of each time, by states; there was no room for a time */
-    int *cause_of;                  /* of each time, by states: the condition; -1: a sample */
-    double sampled_t;               /* when states last took next values at a sample; `sampled`: one of them */
-    int sampled;
-    int reset_cause;            /* the condition at whose time states change; -1: a time that depends on no parameter */
-    double *next;               /* by states: derivatives of next values */
-    kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
-    kmp_forward_map map;        /* of a motion without sensitivities, since the last step */
-    struct kmp_forward_before *before_event; /* of it (forward_map.c) */
-    double *wide;                            /* its unknowns with the columns of the map */
-    double *column_size;                     /* of the quantity by which a column differentiates */
-    bool mapped;                             /* the map has begun, and no step has ended since */
-    bool follows;                            /* an event with states came just before it */
+    double *held;                    /* columns x m: v->held */
+    double *own_chart;               /* of the user's coordinates */
+    const double *row_y;             /* unknowns of the last whole row */
+    double *dqdd, *dlambda, *dshown; /* a row's, by all columns */
+    kmp_forward_zone zone;
+    kmp_forward_choice choice;
+    kmp_forward_place place;
+    kmp_event_times times;
+    kmp_forward_resets resets;
+    kmp_forward_event event;
+    kmp_forward_terms terms;
+    kmp_forward_changes *changes;
+    kmp_forward_delays *delays;   /* NULL without delayed signals or derivatives */
+    kmp_forward_mapping *mapping; /* NULL: the motion has sensitivities, or has not begun */
 } kmp_forward_formulation;
 
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
@@ -97,7 +92,7 @@ static inline double kmp_forward_rounding(const kmp_forward_formulation *f, int 
 /** The coordinates that are unknowns. */
 static inline const int *kmp_forward_unknowns(const kmp_forward_formulation *f)
 {
-    return f->zone ? f->every : f->v->linear.part.u;
+    return f->zone.now ? f->zone.every : f->v->linear.part.u;
 }
 
 static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
@@ -127,16 +122,14 @@ int kmp_forward_first_other_mode(const kmp_forward_formulation *f, const double 
 /** Takes the state at (t, y), with the data of small changes unless linear.plain. KMP_GO or KMP_RETRY. */
 int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y);
 
-/** y, except integrals, from the place. */
-void kmp_forward_pack(kmp_forward_formulation *f, double *y);
+/** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
+int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole);
 
-/** Puts the whole mechanism at (t, y) into the place. */
-int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
+/** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_sensitivity_equations_follow.
+ */
+void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
+                        double *dlambda);
 
-/** Converts the place to the evaluator's charts, in which it is (q, qd). */
-void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
-
-bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);
-
-/** Chooses other independent coordinates at the place, in the evaluator's state: as many, again. */
-int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y);
+/** Chooses other independent coordinates at the place, in the evaluator's state: as many, again, which may be the same:
+ * `others`. */
+int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y, bool *others);

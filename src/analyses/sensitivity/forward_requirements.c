@@ -2,9 +2,73 @@
 /* Requirements of derivatives at an event (forward_requirements.h). */
 #include "analyses/sensitivity/forward_requirements.h"
 #include "analyses/sensitivity/forward_changes.h"
+#include "analyses/sensitivity/forward_map.h"
 #include "base/context.h"
 #include <math.h>
 #include <string.h>
+
+/* -- terms ------------------------------------------------------------------------------------------------ */
+
+bool kmp_forward_terms_make(kmp_forward_terms *terms, kmp_arena *arena, int n, int columns)
+{
+    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, n, &terms->pace, &terms->pace_of_rates),
+                          KMP_ROOM(double, n *columns, &terms->dq, &terms->dqd, &terms->span, &terms->speed));
+}
+
+/* The size of the quantity by which column k differentiates. */
+static double size_of(const kmp_forward_formulation *f, int k)
+{
+    return k < f->v->count ? f->sizes[k] : kmp_forward_map_column_size(f, k);
+}
+
+void kmp_forward_begin_terms(kmp_forward_formulation *f)
+{
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n; i++) {
+            const int at = k * f->n + i;
+            const double rounding = kmp_forward_rounding(f, i) / size_of(f, k);
+            f->terms.span[at] = fabs(f->place.dq[at]) + rounding;
+            f->terms.speed[at] = fabs(f->place.dqd[at]) + rounding * f->start.rate_scale;
+        }
+    const size_t size = (size_t)(f->count * f->n) * sizeof *f->place.dq;
+    memcpy(f->terms.dq, f->place.dq, size);
+    memcpy(f->terms.dqd, f->place.dqd, size);
+    memset(f->terms.pace, 0, (size_t)f->n * sizeof *f->terms.pace);
+    memset(f->terms.pace_of_rates, 0, (size_t)f->n * sizeof *f->terms.pace_of_rates);
+}
+
+void kmp_forward_add_terms(kmp_forward_formulation *f, const double *qd, const double *qdd, double sign,
+                           const double *swing)
+{
+    for (int i = 0; i < f->n; i++) {
+        const double usual = f->start.rate_scale * f->system->scale[i] * KMP_IMPACT_RATES / KMP_SLOPE_LOOSE;
+        const double rate = fabs(qd[i]) + usual, acceleration = fabs(qdd[i]) + usual * f->start.rate_scale;
+        f->terms.pace[i] += rate;
+        f->terms.pace_of_rates[i] += acceleration;
+        for (int k = 0; k < f->count; k++) {
+            const int at = k * f->n + i;
+            if (swing[k] == 0)
+                continue;
+            f->place.dq[at] += qd[i] * (sign * swing[k]);
+            f->place.dqd[at] += qdd[i] * (sign * swing[k]);
+            f->terms.span[at] += rate * fabs(swing[k]);
+            f->terms.speed[at] += acceleration * fabs(swing[k]);
+        }
+    }
+}
+
+bool kmp_forward_have_one_time(const kmp_forward_formulation *f)
+{
+    bool have = true;
+    for (int k = 0; k < f->count; k++) {
+        const double size = fmax(fabs(f->times.swing[k]), fabs(f->event.swing[k]));
+        const double rounding = KMP_SLOPE_ROUNDED / (f->start.rate_scale * size_of(f, k));
+        have = have && fabs(f->times.swing[k] - f->event.swing[k]) <= KMP_SLOPE_SAME_TIME * size + rounding;
+    }
+    return have;
+}
+
+/* -- checks ----------------------------------------------------------------------------------------------- */
 
 bool kmp_forward_make_checks(const kmp_forward_formulation *f, kmp_arena *arena, int count, kmp_forward_check **checks)
 {
@@ -25,23 +89,11 @@ static int fail_memory(const kmp_forward_formulation *f)
     return KMP_HALT;
 }
 
-/* A new requirement of the map, with room for its rows, of `terms` terms. NULL: no memory. */
-static kmp_forward_requirement *add_requirement(kmp_forward_formulation *f, int terms, double **off, double **term)
-{
-    kmp_forward_requirement *requirement = KMP_ARENA_NEW(&f->arena, kmp_forward_requirement, 1);
-    if (!requirement ||
-        !KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, f->count, off), KMP_ROOM(double, terms * f->count, term)))
-        return NULL;
-    *requirement = (kmp_forward_requirement){.off = *off, .term = *term, .terms = terms, .before = f->map.requirement};
-    f->map.requirement = requirement;
-    return requirement;
-}
-
 /* Puts the terms of the coordinates into rows, the time of the event, and the part that is given. */
 static void put_terms(const kmp_forward_formulation *f, const kmp_forward_check *check, const double *row, double *term)
 {
-    const double *before = check->rates ? f->dqd_before : f->dq_before,
-                 *pace = check->rates ? f->pace_of_rates : f->pace;
+    const double *before = check->rates ? f->terms.dqd : f->terms.dq,
+                 *pace = check->rates ? f->terms.pace_of_rates : f->terms.pace;
     const size_t columns = (size_t)f->count;
     double along = 0;
     for (int i = 0; i < f->n; i++) {
@@ -53,7 +105,7 @@ static void put_terms(const kmp_forward_formulation *f, const kmp_forward_check 
         term += columns;
     }
     for (int k = 0; k < f->count; k++)
-        term[k] = along * f->common[k];
+        term[k] = along * f->event.swing[k];
     memcpy(term + columns, check->given, columns * sizeof *term);
 }
 
@@ -66,7 +118,7 @@ static int require_of_map(kmp_forward_formulation *f, const kmp_forward_check *c
         terms += row[i] != 0;
         rounding += fabs(row[i]) * kmp_forward_rounding(f, i) * (check->rates ? f->start.rate_scale : 1);
     }
-    kmp_forward_requirement *requirement = add_requirement(f, terms, &off, &term);
+    kmp_forward_requirement *requirement = kmp_forward_map_require(f, terms, &off, &term);
     if (!requirement)
         return fail_memory(f);
     memcpy(off, check->off, (size_t)f->count * sizeof *off);
@@ -92,12 +144,12 @@ int kmp_forward_require_one_time(kmp_forward_formulation *f, const char *reason)
         return fail_memory(f);
     if (!f->options->alone)
         return kmp_forward_halt(f, "%s", reason);
-    kmp_forward_requirement *requirement = add_requirement(f, 1, &off, &term);
+    kmp_forward_requirement *requirement = kmp_forward_map_require(f, 1, &off, &term);
     if (!requirement)
         return fail_memory(f);
     for (int k = 0; k < f->count; k++) {
-        off[k] = f->swing[k] - f->common[k];
-        term[k] = f->common[k];
+        off[k] = f->times.swing[k] - f->event.swing[k];
+        term[k] = f->event.swing[k];
     }
     requirement->part = KMP_SLOPE_SAME_TIME;
     requirement->rounding = KMP_SLOPE_ROUNDED / KMP_SLOPE_SAME_TIME / f->start.rate_scale;

@@ -209,7 +209,7 @@ bool kmp_conditions_init(kmp_engine *e)
 /* Keeps the evaluator's conditions as conditions of the current instance. */
 static void keep_modes(const kmp_engine *e, kmp_instance *x)
 {
-    memcpy(x->mode, e->eval->mode, (size_t)e->s->events.count * sizeof *x->mode);
+    memcpy(x->mode, e->eval->conditions.mode, (size_t)e->s->events.count * sizeof *x->mode);
 }
 
 /* The crossing for the current instance; NULL: there are no conditions. */
@@ -217,7 +217,7 @@ static kmp_event_tracker *crossing_of(kmp_engine *e, kmp_instance *x)
 {
     kmp_event_tracker *c = e->conditions ? e->conditions->passing : NULL;
     if (c)
-        kmp_event_tracker_take(c, e->eval->mode, e->s->parameters, &e->eval->inputs, x->past);
+        kmp_event_tracker_take(c, e->eval->conditions.mode, e->s->parameters, &e->eval->inputs, x->past);
     return c;
 }
 

@@ -90,6 +90,6 @@ kempe_status kmp_ensemble_time_scales(const kempe_system *system, const kmp_run_
                                       kmp_time_scales *found);
 
 /** Lets no step of a resolved spec be longer than the shortest interval of the functions of time: instances have their
- * pulses at other times. *open: shorter ones may have been missed; *varies: the interval is the one of the model, and each
- * instance may have another one. */
+ * pulses at other times. *open: shorter ones may have been missed; *varies: the interval is the one of the model, and
+ * each instance may have another one. */
 kempe_status kmp_ensemble_limit_steps(const kempe_system *system, kmp_run_spec *spec, bool *open, bool *varies);

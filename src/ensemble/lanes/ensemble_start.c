@@ -8,6 +8,7 @@
 #include "constraints/closing/start_gaps.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_conditions.h"

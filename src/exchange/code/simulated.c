@@ -10,6 +10,7 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/partition.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/tolerances.h"

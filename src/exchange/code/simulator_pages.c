@@ -184,7 +184,7 @@ typedef struct listed {
     const void *list;
 } listed;
 
-enum { LISTS = 27 };
+enum { LISTS = 17 };
 
 static void find_lists(const kmp_code_source *s, listed lists[LISTS])
 {
@@ -200,22 +200,12 @@ static void find_lists(const kmp_code_source *s, listed lists[LISTS])
                                {"coordinate_kind", put_ints, s->n, x->coordinate_kind},
                                {"condition_kind", put_ints, x->condition_count, x->condition_kind},
                                {"parameter_fixed", put_ints, s->parameter_count, x->fixed},
-                               {"independent", put_ints, x->freedom, x->independent},
-                               {"discrete_at", put_ints, s->discrete_count, s->discrete_place},
-                               {"discrete_period", put_doubles, s->discrete_count, s->discrete_time},
-                               {"discrete_condition", put_ints, s->discrete_count, x->event},
-                               {"discrete_sense", put_ints, s->discrete_count, x->sense},
-                               {"discrete_settles", put_ints, s->discrete_count, x->settles},
                                {"jacobian_zeros", put_names, s->m, x->jacobian_zeros},
                                {"mass_zeros", put_names, s->n, x->mass_zeros},
                                {"scale", put_doubles, s->n, x->scale},
                                {"row_scale", put_doubles, s->m, x->row_scale},
                                {"parameter_values", put_doubles, s->parameter_count, s->value},
-                               {"input_values", put_doubles, KMP_TIME_NUMBERS * s->input_count, x->inputs},
-                               {"start_q", put_doubles, s->n, x->q},
-                               {"start_qd", put_doubles, s->n, x->qd},
-                               {"start_given", put_doubles, 2 * s->n, x->given},
-                               {"start_keeps", put_ints, s->n, x->keeps}};
+                               {"input_values", put_doubles, KMP_TIME_NUMBERS * s->input_count, x->inputs}};
     memcpy(lists, all, sizeof all);
 }
 
@@ -262,6 +252,26 @@ static void put_charts(kmp_text *text, const kmp_code_source *s)
                     x->chart_count);
 }
 
+static void put_start(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    put_doubles(text, "start_q", s->n, x->q);
+    put_doubles(text, "start_qd", s->n, x->qd);
+    put_ints(text, "independent", x->freedom, x->independent);
+    put_doubles(text, "start_given", 2 * s->n, x->given);
+    put_ints(text, "start_keeps", s->n, x->keeps);
+}
+
+static void put_discrete(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    put_ints(text, "discrete_place", s->discrete_count, s->discrete_place);
+    put_doubles(text, "discrete_period", s->discrete_count, s->discrete_time);
+    put_ints(text, "discrete_condition", s->discrete_count, x->event);
+    put_ints(text, "discrete_sense", s->discrete_count, x->sense);
+    put_ints(text, "discrete_settles", s->discrete_count, x->settles);
+}
+
 static void put_number(kmp_text *text, const char *name, double x)
 {
     kmp_text_printf(text, "    .%s = ", name);
@@ -271,7 +281,7 @@ static void put_number(kmp_text *text, const char *name, double x)
 
 static void put_equations(kmp_text *text, const kmp_code_source *s)
 {
-    static const char *const functions[] = {"prepare", "closures", "motion", "changes", "show", "along", "next"};
+    static const char *const functions[] = {"prepare", "closures", "motion", "changes", "show", "along"};
     listed lists[LISTS];
     const struct kmp_simulated *x = s->simulated;
     kmp_text_printf(text, "const kempe_equations %s_equations = {\n    .name = ", s->name);
@@ -282,8 +292,7 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         text, "    .inputs = %d,\n    .parameters = %d,\n    .conditions = %d,\n    .outputs = %d,\n    .kept = %d,\n",
         s->input_count, s->parameter_count, x->condition_count, s->output_count, place_in_k(s, NULL));
     put_number(text, "rank_tolerance", x->rank_tolerance);
-    kmp_text_printf(text, "    .early = %d,\n    .switches = %d,\n    .discrete = %d,\n", x->early, x->switches,
-                    s->discrete_count);
+    kmp_text_printf(text, "    .early = %d,\n    .switches = %d,\n", x->early, x->switches);
     const double longest = kmp_time_scales_shortest(s->model);
     if (longest > 0)
         put_number(text, "longest", longest);
@@ -291,8 +300,11 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_put(text, "    .loads = loads,\n");
     if (x->slopes_count > 0)
         kmp_text_printf(text, "    .slopes_count = %d,\n    .slopes = slopes,\n", x->slopes_count);
-    if (x->starts)
-        kmp_text_put(text, "    .start = start,\n");
+    kmp_text_printf(text,
+                    "    .start = {start_q, start_qd, independent, %s, start_given, start_keeps},\n"
+                    "    .discrete = {%d, discrete_place, discrete_period, discrete_condition, discrete_sense,\n"
+                    "        discrete_settles, next},\n",
+                    x->starts ? "start" : "0", s->discrete_count);
     if (x->friction_count > 0)
         kmp_text_put(text, "    .friction = &friction,\n");
     if (x->chart_count > 0)
@@ -377,6 +389,8 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     find_lists(s, lists);
     for (int k = 0; k < LISTS; k++)
         lists[k].put(text, lists[k].name, lists[k].count, lists[k].list);
+    put_start(text, s);
+    put_discrete(text, s);
     put_ints(text, "symbol", s->parameter_count, s->simulated->symbol);
     kmp_text_put(text, "\nstatic void prepare(const double *p, double *k)\n{\n");
     for (int k = 0; k < s->count; k++)

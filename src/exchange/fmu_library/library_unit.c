@@ -129,8 +129,7 @@ static void fill_table(library_unit *unit)
                                         .parameter_values = s->value,
                                         .parameter_fixed = x->fixed,
                                         .input_values = x->inputs,
-                                        .start_q = x->q,
-                                        .start_qd = x->qd};
+                                        .start = {.q = x->q, .qd = x->qd}};
     kmp_unit_token(unit->token, &(const kmp_unit_plan){.source = s, .on_library = true});
     unit->table = (kempe_fmu_model){.equations = &unit->equations,
                                     .token = unit->token,

@@ -154,8 +154,8 @@ void kempe_fmu_reset(kempe_fmu *fmu)
     memset(&fmu->now, 0, sizeof fmu->now);
     fmu->now.mode = KEMPE_FMU_INSTANTIATED;
     fmu->now.stop = INFINITY;
-    memcpy(fmu->part.start, e->start_q, n * sizeof(double));
-    memcpy(fmu->part.start + n, e->start_qd, n * sizeof(double));
+    memcpy(fmu->part.start, e->start.q, n * sizeof(double));
+    memcpy(fmu->part.start + n, e->start.qd, n * sizeof(double));
 }
 
 void kempe_fmu_init(kempe_fmu *fmu, const kempe_fmu_model *model, int kind, double *memory)
@@ -209,7 +209,7 @@ static int collect_given(kempe_fmu *fmu)
     const int n = e->coordinates;
     int any = 0;
     for (int j = 0; j < 2 * n; j++) {
-        const int own = same_bits(fmu->part.start[j], j < n ? e->start_q[j] : e->start_qd[j - n]);
+        const int own = same_bits(fmu->part.start[j], j < n ? e->start.q[j] : e->start.qd[j - n]);
         fmu->part.given[j] = own ? NAN : fmu->part.start[j];
         any |= !own;
     }

@@ -207,6 +207,28 @@ void kempe_chart_show(const kempe_charts *charts, int c, const double *chart, co
 void kempe_chart_carry(const kempe_charts *charts, int c, const double *chart, const double *const inner[3],
                        const double *const shown[3], double *const change[3]);
 
+/** The start of a mechanism, and how it moves with parameters. */
+typedef struct kempe_start {
+    const double *q, *qd;   /* n: a closed start */
+    const int *independent; /* f coordinates, the choice at the start; NULL: the simulator chooses */
+    /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
+    void (*values)(const kempe_arguments *at, double *values);
+    const double *given; /* n x 2: at the parameters of the model; NULL with `keeps`: none move */
+    const int *keeps;    /* n: KEMPE_START_KEEPS_PLACE | .. */
+} kempe_start;
+
+/** States that keep their value between samples or events. */
+typedef struct kempe_discrete {
+    int states;
+    const int *place;     /* in qd */
+    const double *period; /* s, between samples, the first at t = 0; INFINITY: without samples */
+    const int *condition; /* whose change is the event; -1: none */
+    const int *sense;     /* 1: the event is that the condition begins to hold, 0: that it ends */
+    const int *settles;   /* 1: a state changes at the start too, where its condition holds there */
+    /** Their next values at t, q, qd, u. NULL: there are none. */
+    void (*next)(const kempe_arguments *at, double *value);
+} kempe_discrete;
+
 /** The equations of a mechanism, generated; all names and pointers are constant. */
 typedef struct kempe_equations {
     const char *name, *hash; /* of the model */
@@ -216,19 +238,18 @@ typedef struct kempe_equations {
     int kept; /* values of k */
     const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
     const char *const *condition_names, *const *output_names;
-    const char *const *advice;        /* conditions: if it ends the motion, the remedy; if it is one of validity, the
-                                         consequence; may be NULL */
-    const int *coordinate_kind;       /* n */
-    const int *condition_kind;        /* conditions */
-    const double *scale;              /* n: size of a coordinate */
-    const double *row_scale;          /* m: size of a row of h */
-    const double *parameter_values;   /* of the model */
-    const int *parameter_fixed;       /* parameters: 1 where h depends on it, or only the start: a start must follow */
-    const double *input_values;       /* 3 inputs: at the start */
-    const char *const *input_moves;   /* inputs: the closure that each moves, "" without one; NULL: none does */
-    double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
-    const double *start_q, *start_qd; /* n: a closed start */
-    const int *independent;           /* f coordinates, the choice at the start; NULL: the simulator chooses */
+    const char *const *advice;      /* conditions: if it ends the motion, the remedy; if it is one of validity, the
+                                       consequence; may be NULL */
+    const int *coordinate_kind;     /* n */
+    const int *condition_kind;      /* conditions */
+    const double *scale;            /* n: size of a coordinate */
+    const double *row_scale;        /* m: size of a row of h */
+    const double *parameter_values; /* of the model */
+    const int *parameter_fixed;     /* parameters: 1 where h depends on it, or only the start: a start must follow */
+    const double *input_values;     /* 3 inputs: at the start */
+    const char *const *input_moves; /* inputs: the closure that each moves, "" without one; NULL: none does */
+    double rank_tolerance;          /* a pivot of the scaled J below this part of the largest one is zero */
+    kempe_start start;
 
     void (*prepare)(const double *p, double *k);
     /** h[m], J[m n], h_t[m] at t, q, modes, u. */
@@ -253,21 +274,7 @@ typedef struct kempe_equations {
     int switches;   /* closures read modes */
     double longest; /* step, s, by pulses in functions of time; 0: any */
 
-    /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
-    void (*start)(const kempe_arguments *at, double *values);
-    const double *start_given; /* n x 2: at the parameters of the model; NULL with start_keeps: none move */
-    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | .. */
-
-    /* States that keep their value between samples or events. */
-    int discrete;                  /* their number */
-    const int *discrete_at;        /* the place in qd */
-    const double *discrete_period; /* s, between samples, the first at t = 0; INFINITY: without samples */
-    const int *discrete_condition; /* whose change is the event; -1: none */
-    const int *discrete_sense;     /* 1: the event is that the condition begins to hold, 0: that it ends */
-    const int *discrete_settles;   /* 1: a state changes at the start too, where its condition holds there */
-    /** Their next values at t, q, qd, u. NULL: there are none. */
-    void (*next)(const kempe_arguments *at, double *value);
-
+    kempe_discrete discrete;
     const kempe_friction *friction; /* NULL: there is none */
     const kempe_charts *charts;     /* NULL: there are none */
     const kempe_watch *watch;       /* of the conditions; NULL: there are none */

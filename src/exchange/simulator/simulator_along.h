@@ -28,7 +28,7 @@ static bool moves_start(const kempe_simulator *s, const kempe_simulator_change *
 {
     const kempe_equations *e = s->equations;
     bool moves = false;
-    for (int k = 0; e->start_keeps && e->parameter_fixed && k < e->parameters; k++)
+    for (int k = 0; e->start.keeps && e->parameter_fixed && k < e->parameters; k++)
         moves =
             moves || (e->parameter_fixed[k] && ((change->p && change->p[k] != 0) || s->p[k] != e->parameter_values[k]));
     return moves;
@@ -45,7 +45,7 @@ static void change_given(kempe_simulator *s, const double *dp, double *change)
     clear(2 * e->coordinates, change);
     for (int k = 0; k < e->parameters; k++)
         largest = fmax(largest, fabs(dp[k]) / (p[k] != 0 ? fabs(p[k]) : 1));
-    for (int i = -3; e->start && largest > 0 && i <= 3; i++) {
+    for (int i = -3; e->start.values && largest > 0 && i <= 3; i++) {
         const double step = KMP_START_DIFFERENCE / largest;
         if (i == 0)
             continue;
@@ -54,7 +54,7 @@ static void change_given(kempe_simulator *s, const double *dp, double *change)
         if (e->prepare)
             e->prepare(s->p, part->k);
         kempe_arguments at = arguments_at(s, s->t);
-        e->start(&at, given);
+        e->start.values(&at, given);
         for (int j = 0; j < 2 * e->coordinates; j++)
             change[j] += (i < 0 ? -1 : 1) * weights[(i < 0 ? -i : i) - 1] * given[j] / (60 * step);
     }
@@ -95,8 +95,8 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
     int kept = moves ? mark_kept(s, KEMPE_START_KEEPS_PLACE) : 0;
     for (int j = 0; !moves && j < n; j++)
         part->fixed[j] = 0;
-    for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
-        part->fixed[e->independent[k]] = 1;
+    for (int k = 0; kept == 0 && e->start.independent && k < e->freedom; k++)
+        part->fixed[e->start.independent[k]] = 1;
     if (from)
         mark_given(s, s->t, change->given_q);
     outcome said = choose_marked(s);
@@ -136,8 +136,8 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     if (!e->along) {
         return fail_with(s, "derivatives were not generated");
     }
-    for (int j = 0; change->start == KEMPE_CHANGE_START && e->start_keeps && j < n; j++)
-        if (e->start_keeps[j] & KEMPE_START_BALANCES)
+    for (int j = 0; change->start == KEMPE_CHANGE_START && e->start.keeps && j < n; j++)
+        if (e->start.keeps[j] & KEMPE_START_BALANCES)
             return fail_with(s, "a start whose deformations are in balance with its loads has no derivatives here: "
                                 "start from given coordinates");
     outcome said = refresh(s);

@@ -165,7 +165,7 @@ static void place_state(kempe_simulator *s, double **at)
     s->y = take(at, e->outputs);
     TAKE(e->conditions, &part->modes, &part->value, &part->flip, &part->last, &part->repeats, &part->largest,
          &part->most);
-    TAKE(e->discrete, &part->number, &part->was, &part->due);
+    TAKE(e->discrete.states, &part->number, &part->was, &part->due);
     TAKE(3 * n + m, &part->begin, &part->end);
     TAKE(size, &part->y_old, &part->y_new, &part->weight, &part->atol);
     part->stages = take(at, KMP_RK_MAX_STAGES * size);
@@ -215,7 +215,7 @@ static void place_scratch(kempe_simulator *s, double **at)
     TAKE(n, &part->q, &part->qd, &part->qdd, &part->bias, &part->load, &part->right);
     TAKE(m, &part->lambda, &part->h, &part->h_t, &part->jdqd, &part->pivots, &part->inverse_row);
     part->changes = take(at, 2 * e->conditions);
-    part->next = take(at, e->discrete);
+    part->next = take(at, e->discrete.states);
     TAKE(m * n, &part->jacobian, &part->pick);
     TAKE(n * n, &part->mass, &part->joint);
     part->loop = take(at, r * r);
@@ -250,7 +250,7 @@ static void place_scratch(kempe_simulator *s, double **at)
 int kempe_simulator_memory(const kempe_equations *e)
 {
     int numbers = KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept,
-                                         e->conditions, e->outputs, e->discrete) +
+                                         e->conditions, e->outputs, e->discrete.states) +
                   numbers_of_watch(e);
     if (e->charts)
         numbers += KEMPE_SIMULATOR_CHARTS(e->coordinates, e->charts->joints);

@@ -111,12 +111,12 @@ static bool move_start(kempe_simulator *s, double t)
         changed = changed || other;
         moved = moved || (other && e->parameter_fixed && e->parameter_fixed[k]);
     }
-    if (!changed || !e->start)
+    if (!changed || !e->start.values)
         return moved;
     kempe_arguments at = arguments_at(s, t);
-    e->start(&at, given);
+    e->start.values(&at, given);
     for (int j = 0; j < e->coordinates; j++) {
-        double dq = given[2 * j] - e->start_given[2 * j], dqd = given[2 * j + 1] - e->start_given[2 * j + 1];
+        double dq = given[2 * j] - e->start.given[2 * j], dqd = given[2 * j + 1] - e->start.given[2 * j + 1];
         part->q[j] += dq;
         part->qd[j] += dqd;
         moved = moved || dq != 0 || dqd != 0;
@@ -129,7 +129,7 @@ static int mark_kept(kempe_simulator *s, int what)
 {
     int count = 0;
     for (int j = 0; j < s->equations->coordinates; j++) {
-        s->part.fixed[j] = (s->equations->start_keeps[j] & what) != 0;
+        s->part.fixed[j] = (s->equations->start.keeps[j] & what) != 0;
         count += s->part.fixed[j];
     }
     return count;
@@ -140,8 +140,8 @@ static outcome close_moved(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     int kept = mark_kept(s, KEMPE_START_KEEPS_PLACE);
-    for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
-        s->part.fixed[e->independent[k]] = 1;
+    for (int k = 0; kept == 0 && e->start.independent && k < e->freedom; k++)
+        s->part.fixed[e->start.independent[k]] = 1;
     const outcome said = close_start(s, t, s->part.fixed);
     return said == GOOD && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0 ? close_start(s, t, s->part.fixed) : said;
 }
@@ -183,10 +183,10 @@ static void mark_given(kempe_simulator *s, double t, const double *given)
     int marked = 0;
     for (int j = 0; j < n; j++)
         part->fixed[j] = 0;
-    for (int k = 0; e->independent && k < e->freedom; k++)
-        part->fixed[e->independent[k]] = 1;
+    for (int k = 0; e->start.independent && k < e->freedom; k++)
+        part->fixed[e->start.independent[k]] = 1;
     evaluate_without_choice(s, t);
-    choose(s, e->independent ? part->fixed : NULL);
+    choose(s, e->start.independent ? part->fixed : NULL);
     for (int j = 0; j < n; j++)
         part->fixed[j] = 0;
     for (int pass = 0; pass < 2; pass++)
@@ -311,7 +311,7 @@ static outcome load_deformations(kempe_simulator *s, double t, double *loads)
     s->equations->motion(&at, part->mass, part->bias, part->jdqd);
     add_constant(s, part->bias, part->jdqd, part->load);
     for (int k = 0, i = 0; k < freedom_of(s); k++)
-        if (s->equations->start_keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES) {
+        if (s->equations->start.keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES) {
             loads[i] = project_on(s, k, part->load);
             said = fabs(loads[i++]) <= DBL_MAX ? said : NOT_FINITE;
         }
@@ -360,7 +360,7 @@ static outcome balance_start(kempe_simulator *s, double t)
     (void)mark_kept(s, KEMPE_START_BALANCES | KEMPE_START_STAYS);
     outcome said = close_start(s, t, part->fixed);
     for (int k = 0; k < freedom_of(s); k++)
-        if (e->start_keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES)
+        if (e->start.keeps[part->column[rank_of(s) + k]] & KEMPE_START_BALANCES)
             own[count++] = part->column[rank_of(s) + k];
     for (int pass = 0; said == GOOD && length > KMP_STATIC_STEP && !(length <= KMP_STATIC_ROUNDED && length >= last);
          pass++) {
@@ -388,8 +388,8 @@ static bool is_out_of_balance(const kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     bool balances = false, other = t != 0;
-    for (int j = 0; e->start_keeps && j < e->coordinates; j++)
-        balances = balances || (e->start_keeps[j] & KEMPE_START_BALANCES);
+    for (int j = 0; e->start.keeps && j < e->coordinates; j++)
+        balances = balances || (e->start.keeps[j] & KEMPE_START_BALANCES);
     for (int k = 0; k < e->parameters; k++)
         other = other || s->p[k] != e->parameter_values[k];
     for (int k = 0; k < 3 * e->inputs; k++)
@@ -402,7 +402,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, const dou
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
-    int *fixed = e->independent ? part->fixed : NULL;
+    int *fixed = e->start.independent ? part->fixed : NULL;
     clear(HEADER, state);
     part->rank = least_rank(e);
     reset_charts(s);
@@ -418,7 +418,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, const dou
         part->last[k] = -DBL_MAX;
     hold_arguments(s);
     outcome said = GOOD;
-    const bool given = are_given(s, q) || are_given(s, qd), moved = e->start_keeps && move_start(s, t);
+    const bool given = are_given(s, q) || are_given(s, qd), moved = e->start.keeps && move_start(s, t);
     if (given)
         said = close_given(s, t, q, qd);
     else if (moved)
@@ -436,7 +436,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, const dou
     for (int j = 0; j < e->coordinates; j++)
         part->fixed[j] = 0;
     for (int k = 0; fixed && k < e->freedom; k++)
-        fixed[e->independent[k]] = 1;
+        fixed[e->start.independent[k]] = 1;
     if (said == GOOD)
         said = close_start(s, t, fixed);
     if (said != GOOD)
@@ -470,8 +470,8 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
 {
     s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
-    copy(s->equations->coordinates, s->equations->start_q, s->part.q);
-    copy(s->equations->coordinates, s->equations->start_qd, s->part.qd);
+    copy(s->equations->coordinates, s->equations->start.q, s->part.q);
+    copy(s->equations->coordinates, s->equations->start.qd, s->part.qd);
     kempe_simulator_status status = start_here(s, t, q, qd);
     if (status == KEMPE_SIMULATOR_FAILED)
         put_back(s, s->part.backup);

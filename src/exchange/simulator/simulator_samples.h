@@ -7,14 +7,14 @@
 
 static double next_sample_of(const kempe_simulator *s, int k)
 {
-    return s->part.number[k] * s->equations->discrete_period[k];
+    return s->part.number[k] * s->equations->discrete.period[k];
 }
 
 /* The time of the next sample that has not been taken; INFINITY: there is none. */
 static double next_sample(const kempe_simulator *s)
 {
     double next = INFINITY;
-    for (int k = 0; k < s->equations->discrete; k++)
+    for (int k = 0; k < s->equations->discrete.states; k++)
         next = fmin(next, next_sample_of(s, k));
     return next;
 }
@@ -35,8 +35,8 @@ static double reach(const kempe_simulator *s)
 
 static bool holds(const kempe_simulator *s, int k)
 {
-    int condition = s->equations->discrete_condition[k];
-    return condition >= 0 && (s->part.modes[condition] > 0) == (s->equations->discrete_sense[k] > 0);
+    int condition = s->equations->discrete.condition[k];
+    return condition >= 0 && (s->part.modes[condition] > 0) == (s->equations->discrete.sense[k] > 0);
 }
 
 /* True if the condition of a state has begun to hold, and the state has not changed since. */
@@ -44,7 +44,7 @@ static bool meets_events(kempe_simulator *s)
 {
     struct kempe_simulator_parts *part = &s->part;
     bool any = false;
-    for (int k = 0; k < s->equations->discrete; k++) {
+    for (int k = 0; k < s->equations->discrete.states; k++) {
         bool now = holds(s, k);
         part->due[k] = part->due[k] > 0 || (now && !(part->was[k] > 0));
         part->was[k] = now;
@@ -59,16 +59,16 @@ static bool take_samples(kempe_simulator *s, double t)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     bool any = kmp_sample_is_due(next_sample(s), t);
-    for (int k = 0; k < e->discrete; k++)
+    for (int k = 0; k < e->discrete.states; k++)
         any = any || part->due[k] > 0;
     if (!any)
         return false;
     kempe_arguments at = arguments_at(s, t);
-    e->next(&at, part->next);
-    for (int k = 0; k < e->discrete; k++) {
+    e->discrete.next(&at, part->next);
+    for (int k = 0; k < e->discrete.states; k++) {
         bool sampled = kmp_sample_is_due(next_sample_of(s, k), t);
         if (sampled || part->due[k] > 0)
-            part->qd[e->discrete_at[k]] = part->next[k];
+            part->qd[e->discrete.place[k]] = part->next[k];
         part->number[k] += sampled;
         part->due[k] = 0;
     }
@@ -99,7 +99,7 @@ static kempe_simulator_status settle_states(kempe_simulator *s, double t, double
 {
     kempe_simulator_status status = settle_modes(s, t, y, true, changed);
     bool more = meets_events(s) || kmp_sample_is_due(next_sample(s), t);
-    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= s->equations->discrete; pass++) {
+    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= s->equations->discrete.states; pass++) {
         bool any = false;
         *changed = take_samples(s, t) || *changed;
         pack_y(s, s->part.q, s->part.qd, y);
@@ -164,15 +164,15 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     bool changed = false, more = false;
-    clear(e->discrete, part->due);
-    for (int k = 0; k < e->discrete; k++)
-        part->number[k] = e->discrete_period[k] < INFINITY ? kmp_first_sample(t, e->discrete_period[k]) : 1;
+    clear(e->discrete.states, part->due);
+    for (int k = 0; k < e->discrete.states; k++)
+        part->number[k] = e->discrete.period[k] < INFINITY ? kmp_first_sample(t, e->discrete.period[k]) : 1;
     evaluate_rates(s);
     (void)take_samples(s, t);
     pack_y(s, part->q, part->qd, y);
     kempe_simulator_status status = settle_modes(s, t, y, false, &changed);
-    for (int k = 0; k < e->discrete; k++) {
-        part->due[k] = e->discrete_settles[k] && holds(s, k);
+    for (int k = 0; k < e->discrete.states; k++) {
+        part->due[k] = e->discrete.settles[k] && holds(s, k);
         more = more || part->due[k] > 0;
     }
     if (more && status == KEMPE_SIMULATOR_GOES) {
@@ -189,7 +189,7 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
         if (status == KEMPE_SIMULATOR_GOES)
             status = settle_friction(s, t, y, 0);
     }
-    for (int k = 0; k < e->discrete; k++)
+    for (int k = 0; k < e->discrete.states; k++)
         part->was[k] = holds(s, k);
     note_branches(s, part->value);
     take_branches(s);

@@ -110,7 +110,7 @@ static kempe_status count_at(const kempe_system *system, const kempe_assembly *s
     if (status == KEMPE_OK && system->bodies->program)
         status = kmp_eval_add_articulated(eval);
     if (status == KEMPE_OK) {
-        kmp_eval_set_by_bodies(eval, eval->articulated != NULL);
+        kmp_eval_set_by_bodies(eval, eval->bodies.machine != NULL);
         kmp_eval_closure(eval, 0, kempe_assembly_q(start));
         kmp_eval_mass(eval);
         kmp_eval_bias(eval, kempe_assembly_qd(start));
