@@ -499,6 +499,11 @@ static kempe_status fail_unknown(const drawing *d, const char *word)
     return kmp_fail_text(d->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
+static kempe_status fail_empty(const drawing *d)
+{
+    return kmp_fail(d->context, KEMPE_E_FAILED, "there is nothing to draw: the table has no rows of numbers");
+}
+
 static kempe_status choose_x(drawing *d, const char *word)
 {
     const char *name = word ? column_name(&d->arena, word) : NULL;
@@ -513,7 +518,7 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
 {
     char **words = NULL;
     int count = kmp_text_words(&d->arena, y, &words);
-    KMP_TRY(choose_x(d, x));
+    KMP_TRY(kempe_table_row_count(d->table) == 0 ? fail_empty(d) : choose_x(d, x));
     d->along = d->x == 0;
     for (int k = 0; k < count; k++) {
         const char *word = words[k];
@@ -536,9 +541,7 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
         if (c != d->x && kempe_table_values(d->table, c))
             d->curve[d->count++] = c;
     KMP_TRY(kmp_made(d->context, !d->arena.failed));
-    if (d->count == 0 || kempe_table_row_count(d->table) == 0)
-        return kmp_fail(d->context, KEMPE_E_FAILED, "there is nothing to draw: the table has no rows of numbers");
-    return KEMPE_OK;
+    return d->count == 0 ? fail_empty(d) : KEMPE_OK;
 }
 
 /* -- the picture ------------------------------------------------------------------------------------- */

@@ -1236,6 +1236,24 @@ class Ensembles(Case):
 
 
 class Inverse(Case):
+    def test_rows_where_drives_jump(self):
+        """Accelerations and forces at the time of a jump of a drive are those before it, as in rows of a run; so are those of a sweep of time."""
+        path = self.model("kempe: 1\nbodies:\n"
+                          "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 3, points: {P: [0, 0, 0]}}\n"
+                          "  arm: {joint: {name: A, revolute: z, at: cart.P}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.02}}\n"
+                          "tables: {path: {x: [0, 0.5, 1, 2], y: [0, 0.2, 0.9, 1], method: monotone}}\n"
+                          'drives: {d: {joint: x, displacement: "if(t < 1, 0, 0.5*(t - 1)^2)"}, e: {joint: A, angle: path(t)}}\n'
+                          "run: {t_end: 2, output_step: 0.25, outputs: [q, qd, qdd, lambda]}\n")
+        self.expect(0, "simulate", path, "-o", "run.csv")
+        self.expect(0, "inverse", path, "--actuators", "x,A", "-o", "inverse.csv")
+        self.expect(0, "kinematics", path, "--sweep", "t=0:2:9", "-o", "sweep.csv")
+        run, inverse, sweep = (list(csv.DictReader((self.folder / f"{name}.csv").read_text().splitlines())) for name in ("run", "inverse", "sweep"))
+        self.assertEqual(len(run), 9)
+        for rows, names in ((inverse, {"lambda.d.1": "tau.x", "lambda.e.1": "tau.A", "qdd.A": "qdd.A"}), (sweep, {"qdd.x": "qdd.x", "qdd.A": "qdd.A", "qd.A": "qd.A"})):
+            for mine, other in zip(run, rows):
+                for name, its in names.items():
+                    self.assertAlmostEqual(float(mine[name]), float(other[its]), delta=1e-9, msg=f"{its} at {mine['t']} s")
+
     def test_forces_of_the_model_are_named(self):
         """tau is in addition to what the model has along an actuated coordinate; a force elsewhere is not named."""
         self.expect(0, "new", "bar")

@@ -228,7 +228,7 @@ static void drawn_against_another(void)
     kempe_table *own = table_of("t [s],x [m],w\n0,0,1\n1,2,1\n2,-1,4\n"),
                 *other = table_of("w,t [ms],x [mm]\n1,0,0\n1,1000,2000\n4,2000,-1000\n"),
                 *wrong = table_of("t [s],x [N]\n0,0\n"), *none = table_of("t [s],y\n0,0\n"),
-                *timeless = table_of("x [m]\n0\n");
+                *timeless = table_of("x [m]\n0\n"), *empty = table_of("t [s],x [m]\n");
     close(mkstemps(path, 4));
     CHECK(kempe_table_write_picture_against(own, other, NULL, "x", path) == KEMPE_OK);
     char *text = read_back(path);
@@ -242,8 +242,11 @@ static void drawn_against_another(void)
     CHECK(kempe_table_write_picture_against(own, timeless, NULL, NULL, path) == KEMPE_E_INPUT);
     CHECK(strstr(kempe_context_message(context), "has no column 't'"));
     unlink(path);
-    kempe_table *const tables[] = {own, other, wrong, none, timeless};
-    for (int k = 0; k < 5; k++)
+    /* Of a run that failed at its start: no column is named that it would have had. */
+    CHECK(kempe_table_write_picture(empty, NULL, "q(A)", path) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(context), "nothing to draw"));
+    kempe_table *const tables[] = {own, other, wrong, none, timeless, empty};
+    for (int k = 0; k < 6; k++)
         kempe_table_free(tables[k]);
 }
 

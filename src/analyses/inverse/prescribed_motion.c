@@ -12,6 +12,7 @@
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
@@ -278,7 +279,7 @@ static kempe_status settle(kmp_prescribed_motion *g, double t)
 {
     kmp_evaluator *eval = g->eval;
     kmp_reduction *red = &g->red;
-    kmp_eval_closure(eval, t, g->trial);
+    kmp_eval_closure(eval, kmp_eval_row_time(eval, t, g->trial, g->qd), g->trial); /* before a jump of a drive */
     if (kmp_reduction_factor(red))
         return KEMPE_E_FAILED;
     if (g->part.r < g->part.m && !kmp_keeps_rows_well(red, g->left_out, g->rest, g->rows)) {

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/state_ends.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
 #include <float.h>
@@ -62,15 +63,20 @@ static void span(kmp_sweep *w)
     row[p] = w->unit[n];
 }
 
-/* Closures, factors and the tangent space at x. false: Jv is singular. */
-static bool evaluate_at(kmp_sweep *w, const double *x)
+/* Closures, factors and the tangent space at x and the time t. false: Jv is singular. */
+static bool evaluate_at_time(kmp_sweep *w, double t, const double *x)
 {
-    kmp_eval_closure(w->eval, time_at(w, x[w->n]), x);
+    kmp_eval_closure(w->eval, t, x);
     if (!w->red.eval || kmp_reduction_factor(&w->red))
         return false;
     kmp_reduction_tangent(&w->red);
     span(w);
     return true;
+}
+
+static bool evaluate_at(kmp_sweep *w, const double *x)
+{
+    return evaluate_at_time(w, time_at(w, x[w->n]), x);
 }
 
 /* J of the evaluator's last closure without the dropped rows, valid until the next call. */
@@ -303,10 +309,13 @@ static void take_curve(kmp_sweep *w, const double *qs)
     }
 }
 
-/* dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
+/* dx/ds and d2x/ds2 at a closed pose, where s determines it; where a drive jumps, the ones before. false: it does not.
+ */
 static bool find_derivatives(kmp_sweep *w, const kmp_sweep_pose *pose, double *qs, double *qss)
 {
-    if (!evaluate_at(w, pose->x) || !factor(w, NULL))
+    const double t = time_at(w, pose->x[w->n]);
+    const double at = w->time >= 0 ? kmp_eval_row_time(w->eval, t, pose->x, pose->dx) : t;
+    if (!evaluate_at_time(w, at, pose->x) || !factor(w, NULL))
         return false;
     w->rhs[w->p] = 1 / w->unit[w->n];
     meet(w, NULL, qs);
