@@ -54,7 +54,7 @@ def kempe(*words, cwd=None):
 
 @functools.cache
 def shown(example):
-    """What says how an example is understood, once for all tests."""
+    """The command's words on how it understands an example, which all tests share."""
     return kempe("show", "--model", example)
 
 
