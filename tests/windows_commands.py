@@ -10,6 +10,7 @@ The exit code is 77, which skips a test, where Wine or the build for Windows is 
 are differences of two runs, are not compared; a number that is rounded in a text may differ by one in its last digit.
 """
 import concurrent.futures
+import contextlib
 import json
 import os
 import pathlib
@@ -232,6 +233,17 @@ def wine_of():
     return debian if os.path.exists(debian) else shutil.which("wine64") or shutil.which("wine")
 
 
+@contextlib.contextmanager
+def session(wine):
+    """One session of Wine for all commands. Each would begin one otherwise, whose services keep its pipes open for three seconds after its
+    end; and they begin before the first command, with no pipe of it."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": {**os.environ, "WINEDEBUG": "-all"}}
+    with subprocess.Popen([wine, "cmd"], stdin=subprocess.PIPE, **quiet) as kept:
+        subprocess.run([wine, "cmd", "/c", "exit"], stdin=subprocess.DEVNULL, check=False, **quiet)
+        yield
+        kept.stdin.close()
+
+
 def main(words):
     chosen = [word for word in words if not word.startswith("--")]
     linux, windows = os.path.abspath(chosen[0]), os.path.abspath(chosen[1])
@@ -240,9 +252,8 @@ def main(words):
         print(f"skipped: {'Wine is missing' if not wine else windows + ' is missing: packaging/build_windows makes it'}")
         return 77
     lines = SOME.splitlines() + ([] if "--some" in words else MORE.splitlines())
-    subprocess.run([wine, windows, "--version"], capture_output=True, env={**os.environ, "WINEDEBUG": "-all"}, check=False)  # Wine's own folder
     wrong, same = 0, 0
-    with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("PARALLEL", "1"))) as pool:
+    with session(wine), concurrent.futures.ThreadPoolExecutor(int(os.environ.get("PARALLEL", "1"))) as pool:
         for line, (agrees, row) in zip(lines, pool.map(lambda line: compare(line, [linux], [wine, windows]), lines)):
             wrong += not agrees
             same += row.endswith("equal")

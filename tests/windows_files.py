@@ -19,7 +19,7 @@ import xml.etree.ElementTree as ElementTree
 import zipfile
 
 import browser
-from windows_commands import differences, wine_of
+from windows_commands import differences, session, wine_of
 from windows_units import importer, rows
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -104,7 +104,8 @@ def main(words):
         print(f"skipped: {'Wine is missing' if not wine else words[1] + ' is missing: packaging/build_windows makes it'}")
         return 77
     HERE[:], THERE[:] = [os.path.abspath(words[0])], [wine, os.path.abspath(words[1])]
-    return 0 if unittest.main(argv=[sys.argv[0], *words[2:]], exit=False).result.wasSuccessful() else 1
+    with session(wine):
+        return 0 if unittest.main(argv=[sys.argv[0], *words[2:]], exit=False).result.wasSuccessful() else 1
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import unittest
 
-from windows_commands import wine_of
+from windows_commands import session, wine_of
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 MODEL = ROOT / "examples/four_bar/four_bar.yaml"
@@ -122,4 +122,5 @@ if __name__ == "__main__":
         print(f"skipped: {'Wine is missing' if not wine else windows + ' is missing: packaging/build_windows makes it'}")
         sys.exit(77)
     KEMPE = [wine, windows]
-    unittest.main()
+    with session(wine):
+        unittest.main()

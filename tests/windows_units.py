@@ -19,7 +19,7 @@ import xml.etree.ElementTree as ElementTree
 import zipfile
 
 from generate.quick_cc import quick_path
-from windows_commands import wine_of
+from windows_commands import session, wine_of
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 WITHIN = 1e-9  # of the largest value of a variable: msvcrt and glibc differ in the last digits of functions
@@ -97,7 +97,7 @@ def main(words):
     if "--some" not in words and (pathlib.Path(kempe).parent / "kempe_unit-x86_64-windows.dll").exists():
         units += ON_LIBRARY
     wrong = 0
-    with tempfile.TemporaryDirectory() as top:
+    with session(wine), tempfile.TemporaryDirectory() as top:
         folder = pathlib.Path(top)
         if "--some" in words and "KEMPE_FULL" not in os.environ:  # the compilers of the units, which took most of the time
             os.environ["PATH"] = quick_path(folder)

@@ -378,7 +378,10 @@ def interrupted(model):
 
 def test_interrupt_ends_a_long_run_at_once_with_its_rows(four_bar):
     four_bar.system()
-    late, partial = min((interrupted(four_bar) for _ in range(5)), key=lambda each: each[0])  # of a loaded machine
+    for _ in range(5):  # of a loaded machine
+        late, partial = interrupted(four_bar)
+        if late < 0.1:
+            break
     assert late < 0.1 and partial.status == "stopped" and "interrupted" in partial.reason
     assert len(partial) > 0 and np.isfinite(partial.q).all()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -401,6 +404,8 @@ def test_interrupt_of_a_workspace(threads, four_bar):
             else:
                 workspace.step(0, q, qd, 1e-5, steps=400000)
         late.append(time.monotonic() - sent)
+        if late[-1] < 0.3:
+            break
     assert min(late) < 0.3
     assert np.isfinite(workspace.step(0, q, qd, 1e-3, steps=5).q).all()
     assert np.isfinite(workspace.forward_derivatives(0, rows[0][:9], rows[1][:9], threads=2).qdd_q).all()
