@@ -279,7 +279,7 @@ kmp_ref kmp_gear_error(const kmp_tree *tree, const kmp_closure *closure)
         return kmp_sub(g, error, kmp_graph_replace(g, count, q, start, error));
     kmp_tree plain = {0};
     if (kmp_tree_init(&plain, g, tree->model, tree->keep, false))
-        kmp_put_start(&plain, 1, &first);
+        kmp_put_start(&plain, tree, 1, &first);
     else
         kmp_graph_fail(g);
     kmp_tree_free(&plain);

@@ -493,7 +493,7 @@ kmp_ref kmp_rope_free_length(const kmp_tree *tree, const kmp_rope *rope)
     if (kmp_tree_init(&plain, tree->graph, tree->model, tree->keep, false)) {
         start[0] = kmp_rope_length(&plain, rope);
         start[1] = paid(&plain, rope);
-        kmp_put_start(&plain, 2, start);
+        kmp_put_start(&plain, tree, 2, start);
     } else {
         kmp_graph_fail(tree->graph);
     }

@@ -20,7 +20,7 @@ static kmp_ref start_of(const kmp_tree *tree, int motion)
     return drive ? kmp_tree_expression(tree, drive->function) : kmp_tree_number(tree, &tree->model->start.q[motion]);
 }
 
-void kmp_put_start(const kmp_tree *tree, int count, kmp_ref *values)
+void kmp_put_start(const kmp_tree *tree, const kmp_tree *of, int count, kmp_ref *values)
 {
     kmp_graph *g = tree->graph;
     const kempe_model *model = tree->model;
@@ -45,6 +45,8 @@ void kmp_put_start(const kmp_tree *tree, int count, kmp_ref *values)
     }
     if (!kmp_substitute(g, 1 + model->input_count, from, to, count, values, &through))
         kmp_graph_fail(g);
+    for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
+        of->symbols[k] = tree->symbols[k] != 0 ? tree->symbols[k] : of->symbols[k];
 }
 
 bool kmp_is_driven(const kempe_model *model, int motion)
