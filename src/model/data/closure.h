@@ -72,8 +72,8 @@ typedef struct kmp_cut_coordinate {
 const kmp_closure *kmp_model_closure(const kempe_model *model, int k);
 int kmp_model_closure_count(const kempe_model *model);
 
-/** The multiplier of a closure that is not between points is an effort on coordinates. Its row has the unit m^k: returns k, or -1
- * for a closure whose reaction is a force between bodies. */
+/** The multiplier of a closure that is not between points is an effort on coordinates. Its row has the unit m^k:
+ * returns k, or -1 for a closure whose reaction is a force between bodies. */
 int kmp_closure_effort_power(const kempe_model *model, const kmp_closure *closure);
 
 /** The unit of the multiplier of a row of the unit m^power: an energy over the unit of the row. */
