@@ -57,13 +57,24 @@ def is_path(data: Any) -> TypeGuard[str | os.PathLike[str]]:
     return isinstance(data, (str, bytes, os.PathLike))
 
 
+def _states_of(run: Any) -> set[str]:
+    """Names of the states among the names of a trajectory; of one that was pickled as far as its rows have them."""
+    try:
+        known = run.outputs("q,qd,qdd,state").names
+    except (AttributeError, TypeError):
+        known = run.rows.names
+    return {name for name in run.names if f"state.{name}" in known}
+
+
 def given_columns(what: str, data: Any, index: bool = True) -> dict[str, Any]:
     """The columns of a mapping, a data frame, a structured array, a table or a trajectory. `index`: the index t of a frame is a
     column."""
     if hasattr(data, "qdd") and hasattr(data, "rows"):  # a trajectory
         rows: dict[str, Any] = {"t": data.t}
-        for kind in ("q", "qd", "qdd"):
-            rows.update((f"{kind}.{name}", getattr(data, kind)[:, k]) for k, name in enumerate(data.names))
+        states = _states_of(data)
+        for k, name in enumerate(data.names):  # the value of a state is a rate
+            kinds = {"state": "qd"} if name in states else {"q": "q", "qd": "qd", "qdd": "qdd"}
+            rows.update((f"{word}.{name}", getattr(data, kind)[:, k]) for word, kind in kinds.items())
         return rows
     if isinstance(data, Mapping):
         return dict(data)

@@ -759,6 +759,23 @@ def test_inverse():
     assert found.loads_not_unique == ""
 
 
+def test_a_motion_with_states():
+    """A trajectory of a model with states is a motion, data and a reference, also from a pickle."""
+    text = """kempe: 1
+states: {i: {rate: "qd(A) - i", start: 0.2}}
+bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.5, 0, 0], inertia: {zz: 0.1}}}
+forces: {m: {joint: A, torque: "2 - i"}}
+gravity: [0, -9.81, 0]
+run: {t_end: 1, outputs: [q]}
+"""
+    model = kempe.Model.from_text(text)
+    run = model.simulate()
+    whole = kempe.Model.from_text(text.replace("[q]", "[q, qd, qdd, state]")).simulate()
+    for motion in (run, whole, pickle.loads(pickle.dumps(whole))):
+        assert abs(model.system().inverse(motion=motion, actuators="A").rows["tau.A"]).max() < 1e-9
+    assert model.simulate(reference=run).trusted
+
+
 def test_delays_of_a_state_space(tmp_path):
     linear = (
         kempe.Model.from_text(
