@@ -4,8 +4,8 @@
  * An evaluator has up to four machines. `composite` gives h, J, M, C and jdqd, with M by composite rigid bodies;
  * `bodies` gives accelerations and multipliers by the recursion of articulated bodies (Featherstone 1983), in place of
  * M and C; `judge` gives energies, reactions and outputs (judged_values.h); `conditions` gives conditions
- * (present_conditions.h). `motion` is the one of the first two that the caller has selected. Its stages are cut where
- * the inputs become known: constants and charts, then (t, q), then qd, then multipliers. A caller that needs only h
+ * (present_conditions.h). `motion` is `composite` or `bodies`, as the caller has selected.
+ * Its stages are cut where the inputs become known: constants and charts, then (t, q), then qd, then multipliers. A caller that needs only h
  * pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/native.h"

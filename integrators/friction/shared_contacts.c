@@ -222,10 +222,9 @@ KMP_LOCAL int kmp_sharing_number(int element, int count, const int *which)
     return k < count ? k : -1;
 }
 
-KMP_LOCAL double kmp_sharing_ratio(const kmp_friction_run *x, const kmp_friction_element *e, const double *f, int k,
-                                   int base, bool pressed, double slip)
+KMP_LOCAL double kmp_sharing_ratio(const kmp_friction_run *x, const kmp_friction_element *e, double slip)
 {
-    return pressed ? f[k] / f[base] : -slip * kmp_friction_at(x, &x->element[e->base], KMP_ROLE_STATIC);
+    return -slip * kmp_friction_at(x, &x->element[e->base], KMP_ROLE_STATIC);
 }
 
 /* True for a contact whose force is more than rounding. */
@@ -397,7 +396,7 @@ KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
         if (e->implied || (e->broken && base < 0))
             continue;
         if (e->broken)
-            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, x->f, k, base, is_pressed(x, base), slip_of(x, e)));
+            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, e)));
         else
             kmp_sharing_add(&s, k, e->contact && !is_pressed(x, k));
     }

@@ -33,10 +33,9 @@ KMP_LOCAL void kmp_sharing_add(kmp_sharing *s, int i, bool presses);
 /** Force i follows the force `base` in a ratio. */
 KMP_LOCAL void kmp_sharing_follow(kmp_sharing *s, int i, int base, double ratio);
 
-/** The ratio of friction k of an element that slips, in the direction of `slip`, to the force f of its contact, number
- * `base`, which is larger than rounding if `pressed`. */
-KMP_LOCAL double kmp_sharing_ratio(const kmp_friction_run *x, const kmp_friction_element *e, const double *f, int k,
-                                   int base, bool pressed, double slip);
+/** The ratio of the friction of an element to the force of its contact: `slip` is the direction of slip, or its
+ * component. Quotients of both forces would have the rounding of small ones. */
+KMP_LOCAL double kmp_sharing_ratio(const kmp_friction_run *x, const kmp_friction_element *e, double slip);
 
 /** The place of an element in a list; -1: it is not there. */
 KMP_LOCAL int kmp_sharing_number(int element, int count, const int *which);

@@ -370,6 +370,15 @@ static void end_sequences(kmp_impact_run *p, double t, double rate)
     }
 }
 
+/* The direction of slip of element k after an impact, or its component; against its friction where it has no rate. */
+static double slip_after(const kmp_impact_run *p, int k)
+{
+    const int other = p->partner[k];
+    const double rate = other < 0 ? fabs(p->y[k]) : hypot(p->y[k], p->y[other]);
+    const double size = other < 0 ? fabs(p->f[k]) : hypot(p->f[k], p->f[other]);
+    return rate > rate_rounding(p, k) ? p->y[k] / rate : size > 0 ? -p->f[k] / size : 0;
+}
+
 /* Contacts that share impulses are reported where the rates after the impact depend on how. */
 static void find_shared(kmp_impact_run *p, double t)
 {
@@ -383,10 +392,10 @@ static void find_shared(kmp_impact_run *p, double t)
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = &x->element[p->which[k]];
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, p->count, p->which) : -1;
-        const double rate = p->partner[k] < 0 ? fabs(p->y[k]) : hypot(p->y[k], p->y[p->partner[k]]);
+        if (p->f[base >= 0 ? base : k] < 0 && (base >= 0 || e->contact))
+            continue; /* a contact that is held pulls, for impacts to come */
         if (p->side[k] != 0 && base >= 0)
-            kmp_sharing_follow(&s, k, base,
-                               kmp_sharing_ratio(x, e, p->f, k, base, p->f[base] != 0, rate > 0 ? p->y[k] / rate : 0));
+            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_after(p, k)));
         else if (p->side[k] == 0 || !(p->y[k] > rate_rounding(p, k)))
             kmp_sharing_add(&s, k, e->contact && p->f[k] == 0);
     }

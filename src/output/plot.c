@@ -605,7 +605,7 @@ static void walk_earlier(const drawing *d, kmp_plot *p, int curve, void (*visit)
               kmp_table_in_unit_of(d->table, d->curve[curve], d->earlier, row, y));
 }
 
-/* The earlier table has the column of the horizontal axis and one of the others, in units of their kind. */
+/* The earlier table has the column of the horizontal axis and another one, in units of the same dimensions. */
 static kempe_status check_earlier(const drawing *d)
 {
     bool any = false;

@@ -2793,6 +2793,17 @@ class Resume(Case):
             self.assertEqual(done.stderr.count(words), warned)
             self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
+    def test_feet_that_strike_again(self):
+        """An arm rocks a block on three feet that slip, which open and strike again at once: with equal coefficients there is one motion."""
+        text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  b: {joint: {motions: [T1, T2, R3], coordinates: [x, y, a], at: ground}, mass: 3, inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}\n"
+                "  arm: {joint: {name: q, revolute: z, at: b.B}, mass: 0.5, com: [0, 0.2, 0], inertia: {zz: 0.01}}\n"
+                "drives: {d: {joint: q, angle: '0.3*sin(20*t)'}}\ncontacts:\n"
+                + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: y}}, restitution: 0, friction: {mu}}}\n" for k, mu in (("A", 0.1), ("B", "MU"), ("C", 0.1)))
+                + "start: {qd: {x: 2}}\nrun: {t_end: 0.3, outputs: [q]}\n")
+        self.assertEqual(self.expect(0, "simulate", self.model(text.replace("MU", "0.1"))).stderr, "")
+        self.assertIn("friction makes the motion depend on the forces of redundant contacts", self.expect(5, "simulate", self.model(text.replace("MU", "0.5"))).stderr)
+
     def test_friction_by_a_load_that_is_not_unique(self):
         """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""
         model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {m: 2}\nground: {points: {H1: [0, 0, 0], H2: [0, 0, 0.5]}}\n"

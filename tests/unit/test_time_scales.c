@@ -40,7 +40,7 @@ static const struct {
             {"reduced", "radau9"}, {"reduced", "bdf"},    {"reduced", "adams"}, {"reduced", "erk"},
             {"reduced", "dirk"},   {"projected", NULL},   {"dae", "ida"},       {"dae", "radau"}};
 
-/* The rate of the slider at the end of a run in one of the ways; `longest`: its longest step, 0: any. */
+/* The rate of the slider at the end of a run by one method; `longest`: its longest step, 0: any. */
 static double rate_of(const loaded *l, size_t way, double end, double longest)
 {
     kmp_run_report report = {0};

@@ -402,7 +402,7 @@ int kmp_forward_choose_anew(kmp_forward_formulation *f, double *y, bool *others)
         return KMP_HALT;
     if (take_up(f, f->place.t, y) != KMP_GO)
         return KMP_HALT;
-    f->choice.due = false; /* there is no better choice */
+    f->choice.due = false; /* no choice is better */
     return KMP_GO;
 }
 
