@@ -5,8 +5,8 @@
  * `bodies` gives accelerations and multipliers by the recursion of articulated bodies (Featherstone 1983), in place of
  * M and C; `judge` gives energies, reactions and outputs (judged_values.h); `conditions` gives conditions
  * (present_conditions.h). `motion` is `composite` or `bodies`, as the caller has selected.
- * Its stages are cut where the inputs become known: constants and charts, then (t, q), then qd, then multipliers. A caller that needs only h
- * pays for nothing else. */
+ * Its stages are cut where the inputs become known: constants and charts, then (t, q), then qd, then multipliers. A
+ * caller that needs only h pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/native.h"
 #include "base/arena.h"
