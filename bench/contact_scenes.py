@@ -5,7 +5,8 @@
     bench/contact_scenes.py KEMPE [--most N]
 
 Spheres bounce with friction on a plane, each apart from the others. Blocks slide on two corners each. Balls of one column fall on the
-ground and on each other. Balls bounce on the ground, and each may touch each other one. All at rtol 1e-6, without the cache. Processor times, the least of three runs: of the whole command, with its
+ground and on each other. Balls bounce on the ground, and each may touch each other one. Balls fly between four walls, without
+and with friction, and each may touch each other one. All at rtol 1e-6, without the cache. Processor times, the least of three runs: of the whole command, with its
 preparation and the repetition at another tolerance; and of an event, of the first run alone. The exponent is that of the growth of the
 command's time since the line before."""
 import argparse
@@ -63,6 +64,25 @@ def box(n):
     return HEAD + planar(n, "C: [0, 0, 0]") + "contacts:\n" + contacts + start(q, qd) + END
 
 
+def walls(n, friction=""):
+    """Balls fly between four walls, and each may touch each other one: N (N + 7) / 2 contacts."""
+    side = math.ceil(math.sqrt(n))
+    end = f"restitution: {0.8 if friction else 1}{friction}}}\n"
+    contacts = ""
+    for i in range(n):
+        for wall, (point, normal) in enumerate((("O", "x"), ("O", "y"), ("E", "-x"), ("E", "-y"))):
+            contacts += f"  w{i}_{wall}: {{sphere: s{i}.C, radius: 0.1, on: {{plane: ground.{point}, normal: {normal}}}, {end}"
+        contacts += "".join(f"  c{i}_{k}: {{sphere: s{i}.C, radius: 0.1, on: {{sphere: s{k}.C, radius: 0.1}}, {end}" for k in range(i))
+    head = HEAD.replace("gravity: [0, -9.81, 0]\n", "").replace("O: [0, 0, 0]", f"O: [0, 0, 0], E: [{0.5 * side}, {0.5 * side}, 0]")
+    q = [f"j{i}.1: {0.25 + 0.5 * (i % side)}, j{i}.2: {0.25 + 0.5 * (i // side)}" for i in range(n)]
+    qd = [f"j{i}.1: {math.cos(i * i + 1):.4f}, j{i}.2: {math.sin(i * i + 1):.4f}" for i in range(n)]
+    return head + planar(n, "C: [0, 0, 0]") + "contacts:\n" + contacts + start(q, qd) + END
+
+
+def rubbing(n):
+    return walls(n, ", friction: 0.3")
+
+
 def measure(kempe, path):
     """Time of the command, time of an event in s, events, steps; None: it takes longer than LONGEST, or fails."""
     found = None
@@ -101,7 +121,9 @@ def main():
     given = parser.parse_args()
     columns = (("command", 1, True), ("event", 1e3, False), ("events", 1, False), ("steps", 1, False))
     for name, make, numbers in (("spheres over a plane", spheres, (1, 10, 30, 100, 300, 1000)), ("blocks on two corners", blocks, (1, 3, 10, 30, 100)),
-                                ("column of balls", column, (3, 10, 30)), ("balls that may all touch", box, (4, 8, 16, 32))):
+                                ("column of balls", column, (3, 10, 30)), ("balls that may all touch", box, (4, 8, 16, 32, 64)),
+                                ("balls between walls", walls, (9, 16, 36, 64, 100)),
+                                ("balls with friction between walls", rubbing, (9, 16, 36, 64, 100))):
         tables.growth(f"{name}: the command, s; its growth; an event, ms; events; steps", columns, make, [n for n in numbers if n <= given.most],
                       lambda path: measure(given.kempe, path), LONGEST)
 

@@ -12,7 +12,9 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/event_location.h"
 #include "integrators/decide/restart.h"
+#include "model/data/body.h"
 #include "model/data/force.h"
+#include "model/data/model.h"
 #include "model/data/rope.h"
 #include "model/language/expression_value.h"
 #include <float.h>
@@ -626,10 +628,25 @@ kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to
 /* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
 
+/* The weight of the lightest body, N: a load that is much smaller is zero but for rounding. */
+static double least_weight(const kempe_system *s)
+{
+    double least = INFINITY;
+    for (int b = 1; b < s->model->body_count; b++) {
+        const double mass = kmp_number_at(&s->model->bodies[b].mass, s->parameters);
+        least = mass > 0 ? fmin(least, mass) : least;
+    }
+    return isfinite(least) ? least * kmp_system_gravity(s) : 0;
+}
+
 void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past *past)
 {
-    for (int k = 0; k < system->events.count; k++)
-        past[k] = (kmp_condition_past){.last = -INFINITY};
+    double load = -1;
+    for (int k = 0; k < system->events.count; k++) {
+        const bool is_level = system->events.condition[k].validity == KMP_VALIDITY_LEVEL;
+        load = is_level && load < 0 ? least_weight(system) : load;
+        past[k] = (kmp_condition_past){.last = -INFINITY, .largest = is_level ? load : 0};
+    }
 }
 
 /* The size of the place of a contact, for its sense; 0 for other conditions; 1 where no coordinate moves it. */

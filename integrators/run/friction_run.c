@@ -142,7 +142,7 @@ kempe_status kmp_friction_release_rows(kmp_runner *run, double t, double *q, dou
 
 double kmp_friction_span(const kmp_runner *run)
 {
-    double span = run->spec.t_end - run->spec.t_start;
+    double span = kmp_run_span(&run->spec);
     return run->rate_scale > 0 ? fmin(span, KMP_FRICTION_SPAN / run->rate_scale) : span;
 }
 
@@ -158,15 +158,12 @@ static kmp_friction_numbers numbers(const void *self)
 /* The rate of a motion that is not known yet. */
 static double least_pace(const kmp_runner *run)
 {
-    double g[3];
-    for (int i = 0; i < 3; i++)
-        g[i] = kmp_number_at(&run->s->model->gravity[i], run->s->parameters);
-    return kmp_start_least_rate(run->spec.t_end - run->spec.t_start, hypot(hypot(g[0], g[1]), g[2]), run->s->length);
+    return kmp_start_least_rate(kmp_run_span(&run->spec), kmp_system_gravity(run->s), run->s->length);
 }
 
 double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
-    const bool known = run->rate_scale > 1 / run->spec.t_end; /* otherwise it is the rate of the span */
+    const bool known = run->rate_scale > 1 / kmp_run_until(&run->spec); /* otherwise it is the rate of the span */
     double rate = fmax(known ? run->rate_scale : 0, least_pace(run));
     for (int i = 0; i < run->s->n; i++)
         rate = fmax(rate, fabs(qd[i]) / run->s->scale[i]);

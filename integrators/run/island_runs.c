@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/intended_rank.h"
 #include "dynamics/program_cache.h"
 #include "integrators/formulations/run_log.h"
@@ -16,33 +17,86 @@
 #include <math.h>
 #include <string.h>
 
-enum { CHART = 9 }; /* numbers of a chart */
-
 /* -- systems of the parts -------------------------------------------------------------------------------- */
+
+/* The parts of a model as they were found, as long as a system of one of them lasts. */
+typedef struct part_models {
+    kmp_islands *islands;
+    int uses;
+} part_models;
+
+/* A part with its system. */
+typedef struct part_system {
+    part_models *home;
+    const kmp_island *island;
+    kempe_system *system;
+    int *row; /* by its rows: the one of the whole */
+} part_system;
 
 struct kmp_island_systems {
     kmp_arena arena;
-    kmp_islands *islands;
-    kempe_system **system; /* by parts */
-    int **row;             /* by rows of a part: the one of the whole */
+    int count;
+    part_system *part;
 };
+
+static void leave(part_models *home)
+{
+    if (!home || --home->uses > 0)
+        return;
+    kmp_islands_free(home->islands);
+    kmp_free(home);
+}
 
 static void systems_free(void *made)
 {
     struct kmp_island_systems *all = made;
-    for (int i = 0; all->system && i < all->islands->count; i++)
-        kempe_system_free(all->system[i]);
-    kmp_islands_free(all->islands);
+    for (int i = 0; i < all->count; i++) {
+        kempe_system_free(all->part[i].system);
+        leave(all->part[i].home);
+    }
     kmp_arena_free(&all->arena);
     kmp_free(all);
 }
 
-/* Rows of the whole by the rows of part i. False: no memory, or a row is not there. `first`: row of each closure. */
-static bool find_rows(struct kmp_island_systems *all, int i, const kempe_system *whole, const int *first)
+void kmp_island_systems_free(struct kmp_island_systems *parts)
 {
-    const kempe_system *s = all->system[i];
-    const int *closure = all->islands->island[i].closure;
-    int *rows = all->row[i] = KMP_ARENA_NEW(&all->arena, int, s->m);
+    if (parts)
+        systems_free(parts);
+}
+
+/* True if two parts have the same elements: then they have the same equations. */
+static bool same_part(const kmp_island *a, const kmp_island *b)
+{
+    const kempe_model *x = a->model, *y = b->model;
+    return x->motion_count == y->motion_count && x->closure_count == y->closure_count &&
+           x->force_count == y->force_count && x->body_count == y->body_count &&
+           memcmp(a->motion, b->motion, (size_t)x->motion_count * sizeof *a->motion) == 0 &&
+           memcmp(a->closure, b->closure, (size_t)x->closure_count * sizeof *a->closure) == 0;
+}
+
+/* Takes the system of a part from earlier ones. False: it is not there. */
+static bool take_earlier(part_system *part, struct kmp_island_systems *earlier)
+{
+    for (int i = 0; earlier && i < earlier->count; i++) {
+        part_system *old = &earlier->part[i];
+        if (!old->system || !same_part(old->island, part->island))
+            continue;
+        leave(part->home);
+        *part = *old;
+        old->system = NULL;
+        old->home = NULL;
+        return true;
+    }
+    return false;
+}
+
+/* Finds the rows of the whole that a part has. False: no memory, or a row is not there. `first`: row of each closure.
+ */
+static bool find_rows(part_system *part, const kempe_system *whole, const int *first, kmp_arena *arena)
+{
+    const kempe_system *s = part->system;
+    const int *closure = part->island->closure;
+    int *rows = part->row = KMP_ARENA_NEW(arena, int, s->m);
     for (int r = 0; rows && r < s->m; r++) {
         const kmp_row *own = &s->rows[r];
         rows[r] = first[closure[own->closure]] + own->number;
@@ -53,25 +107,62 @@ static bool find_rows(struct kmp_island_systems *all, int i, const kempe_system 
     return rows;
 }
 
-static kempe_status make_systems(struct kmp_island_systems *all, const kempe_system *whole)
+static kempe_status make_part(struct kmp_island_systems *all, const kempe_system *whole, const int *first,
+                              struct kmp_island_systems *earlier, part_system *part)
 {
-    const int count = all->islands->count;
+    if (!take_earlier(part, earlier)) {
+        kempe_model *model = part->island->model;
+        model->run.dynamics = whole->dynamics;
+        KMP_TRY(kmp_system_new_by(model, NULL, &part->system));
+    }
+    if (find_rows(part, whole, first, &all->arena))
+        return KEMPE_OK;
+    return all->arena.failed ? kmp_fail_memory(whole->context)
+                             : kmp_fail(whole->context, KEMPE_E_BUG, "a part of the model has other rows");
+}
+
+/* Makes the systems of parts, of which `home` has the models. */
+static kempe_status make_systems(struct kmp_island_systems *all, const kempe_system *whole, part_models *home,
+                                 bool complete, struct kmp_island_systems *earlier)
+{
+    const int count = home->islands->count;
     int *first = KMP_ARENA_NEW(&all->arena, int, whole->model->closure_count + 1), rows = 0;
-    all->system = KMP_ARENA_NEW(&all->arena, kempe_system *, count);
-    all->row = KMP_ARENA_NEW(&all->arena, int *, count);
+    all->part = KMP_ARENA_NEW(&all->arena, part_system, count);
     KMP_TRY(kmp_made(whole->context, !all->arena.failed));
     for (int r = whole->m; r-- > 0;)
         first[whole->rows[r].closure] = r;
+    for (; all->count < count; all->count++, home->uses++)
+        all->part[all->count] = (part_system){.home = home, .island = &home->islands->island[all->count]};
     for (int i = 0; i < count; i++) {
-        kempe_model *model = all->islands->island[i].model;
-        model->run.dynamics = whole->dynamics;
-        KMP_TRY(kmp_system_new_by(model, NULL, &all->system[i]));
-        if (!find_rows(all, i, whole, first))
-            return all->arena.failed ? kmp_fail_memory(whole->context)
-                                     : kmp_fail(whole->context, KEMPE_E_BUG, "a part of the model has other rows");
-        rows += all->system[i]->m;
+        KMP_TRY(make_part(all, whole, first, earlier, &all->part[i]));
+        rows += all->part[i].system->m;
     }
-    return rows == whole->m ? KEMPE_OK : kmp_fail(whole->context, KEMPE_E_BUG, "parts of the model lack rows");
+    return rows == whole->m || count == 0 || !complete
+               ? KEMPE_OK
+               : kmp_fail(whole->context, KEMPE_E_BUG, "parts of the model lack rows");
+}
+
+kempe_status kmp_island_systems_new(const kempe_system *system, const bool *left_out,
+                                    struct kmp_island_systems *earlier, struct kmp_island_systems **parts)
+{
+    KMP_MAKE(system->context, struct kmp_island_systems, all);
+    part_models *home = KMP_NEW(part_models, 1);
+    kempe_status status = kmp_made(system->context, home);
+    if (status == KEMPE_OK) {
+        home->uses = 1;
+        status = kmp_islands_new(system->model, left_out, &home->islands);
+        if (status == KEMPE_OK)
+            status = make_systems(all, system, home, !left_out, earlier);
+        leave(home);
+    }
+    return KMP_GIVE_OR_FREE(status, parts, all, systems_free);
+}
+
+bool kmp_runs_as_whole(const kempe_system *s, const kmp_run_spec *spec)
+{
+    return s->force || kmp_rounding_of(s) || s->frictionless || spec->u_count > 0 || spec->max_steps > 0 ||
+           spec->recording || spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes ||
+           spec->mode_start || spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
 }
 
 kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
@@ -79,26 +170,28 @@ kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *sp
 {
     static const kmp_program_cache_name name = {.what = "islands"};
     *parts = NULL;
-    const bool whole = s->force || kmp_rounding_of(s) || s->frictionless || spec->u_count > 0 || spec->max_steps > 0 ||
-                       spec->recording || spec->kept_past || spec->kind || spec->step || spec->sample || spec->slopes ||
-                       spec->mode_start || spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
-    if (whole)
+    if (kmp_runs_as_whole(s, spec))
         return KEMPE_OK;
     const struct kmp_island_systems *found = kmp_program_cache_find(s, name);
     if (!found) {
-        KMP_MAKE(s->context, struct kmp_island_systems, all);
-        kempe_status status = kmp_islands_new(s->model, &all->islands);
-        if (status == KEMPE_OK && all->islands->count > 0)
-            status = make_systems(all, s);
-        if (status != KEMPE_OK) {
-            systems_free(all);
-            return status;
-        }
+        struct kmp_island_systems *all;
+        KMP_TRY(kmp_island_systems_new(s, NULL, NULL, &all));
         found = kmp_program_cache_add(s, name, all, systems_free);
         KMP_TRY(kmp_made(s->context, found));
     }
-    *parts = found->islands->count > 0 ? found : NULL;
+    *parts = found->count > 0 ? found : NULL;
     return KEMPE_OK;
+}
+
+int kmp_island_systems_count(const struct kmp_island_systems *parts)
+{
+    return parts->count;
+}
+
+const kempe_system *kmp_island_system(const struct kmp_island_systems *parts, int i, const int **motion)
+{
+    *motion = parts->part[i].island->motion;
+    return parts->part[i].system;
 }
 
 /* -- runs ------------------------------------------------------------------------------------------------ */
@@ -131,14 +224,13 @@ typedef struct part_runs {
     kmp_arena arena;
     part_rows *rows; /* by parts */
     kmp_run_log *log;
+    kmp_run_fn *run;        /* of a part */
     kmp_run_report *report; /* of all */
     kempe_status status;    /* of the first part that did not come to its end */
 } part_runs;
 
-/* Adds the report of a part. */
-static void add_report(part_runs *all, const kmp_run_report *part, int i)
+void kmp_run_report_add(kmp_run_report *sum, const kmp_run_report *part)
 {
-    kmp_run_report *sum = all->report;
     sum->steps += part->steps;
     sum->rejected += part->rejected;
     sum->refused += part->refused;
@@ -152,9 +244,7 @@ static void add_report(part_runs *all, const kmp_run_report *part, int i)
     sum->impacts = part->impacts < 0 ? sum->impacts : (sum->impacts < 0 ? 0 : sum->impacts) + part->impacts;
     sum->changes = part->changes < 0 ? sum->changes : (sum->changes < 0 ? 0 : sum->changes) + part->changes;
     sum->cut = sum->cut || part->cut;
-    sum->prescribed = (i == 0 || sum->prescribed) && part->prescribed;
-    sum->least += part->least;
-    sum->most += part->most;
+    sum->prescribed = sum->prescribed && part->prescribed;
     sum->by_bodies = sum->by_bodies || part->by_bodies;
     sum->rate_scale = fmax(sum->rate_scale, part->rate_scale);
     sum->cpu_s += part->cpu_s;
@@ -171,12 +261,12 @@ static void add_report(part_runs *all, const kmp_run_report *part, int i)
 static bool take_start(part_runs *all, int i, kempe_assembly *start)
 {
     const kempe_assembly *from = all->start;
-    const kempe_system *s = all->parts->system[i], *whole = all->system;
-    const int *motion = all->parts->islands->island[i].motion, charts = from->inner_q ? s->chart_count : 0;
+    const kempe_system *s = all->parts->part[i].system, *whole = all->system;
+    const int *motion = all->parts->part[i].island->motion, charts = from->inner_q ? s->chart_count : 0;
     *start = (kempe_assembly){.system = s, .closed = true};
     if (!KMP_ARENA_MAKE(&all->arena, KMP_ROOM(double, s->n, &start->q, &start->qd)) ||
         (charts > 0 && !KMP_ARENA_MAKE(&all->arena, KMP_ROOM(double, s->n, &start->inner_q, &start->inner_qd),
-                                       KMP_ROOM(double, CHART *charts, &start->chart))))
+                                       KMP_ROOM(double, KMP_CHART_SIZE *charts, &start->chart))))
         return false;
     for (int k = 0; k < s->n; k++) {
         start->q[k] = from->q[motion[k]];
@@ -186,18 +276,17 @@ static bool take_start(part_runs *all, int i, kempe_assembly *start)
             start->inner_qd[k] = from->inner_qd[motion[k]];
         }
     }
-    for (int c = 0, there = 0; c < charts; c++) {
-        while (whole->chart_first[there] != motion[s->chart_first[c]])
-            there++;
-        memcpy(start->chart + (ptrdiff_t)CHART * c, from->chart + (ptrdiff_t)CHART * there, CHART * sizeof(double));
-    }
+    for (int c = 0; c < charts; c++)
+        memcpy(start->chart + (ptrdiff_t)KMP_CHART_SIZE * c,
+               from->chart + (ptrdiff_t)KMP_CHART_SIZE * kmp_chart_of(whole, motion[s->chart_first[c]]),
+               KMP_CHART_SIZE * sizeof(double));
     return true;
 }
 
 /* Runs part i. The part that ends first gives the reason and the time of the whole. */
 static kempe_status run_part(part_runs *all, int i)
 {
-    const kempe_system *s = all->parts->system[i];
+    const kempe_system *s = all->parts->part[i].system;
     kmp_run_spec spec = *all->spec;
     kmp_run_report report = {0};
     part_rows *rows = &all->rows[i];
@@ -206,13 +295,15 @@ static kempe_status run_part(part_runs *all, int i)
     rows->row = KMP_ARENA_NEW(&all->arena, double, rows->most * rows->width);
     KMP_TRY(kmp_made(s->context, take_start(all, i, &start) && !all->arena.failed));
     spec.log = &all->log[i];
-    spec.work_start = i == 0 ? spec.work_start : 0;
+    spec.work_start = 0; /* which a part without such forces would not keep */
     spec.threads = 1;
     spec.limit_s = spec.limit_s > 0 ? fmax(spec.limit_s - all->report->cpu_s, DBL_MIN) : 0;
     spec.part = i;
-    spec.parts = all->parts->islands->count;
-    kempe_status status = kmp_run_whole(s, &spec, &start, keep_row, rows, &report);
-    add_report(all, &report, i);
+    spec.parts = all->parts->count;
+    kempe_status status = all->run(s, &spec, &start, keep_row, rows, &report);
+    kmp_run_report_add(all->report, &report);
+    all->report->least += report.least;
+    all->report->most += report.most;
     const bool first = status != KEMPE_OK && (all->status == KEMPE_OK || report.t < all->report->t);
     if (first) {
         kmp_free(all->report->reason);
@@ -232,7 +323,7 @@ static kempe_status run_part(part_runs *all, int i)
 static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
 {
     const kempe_system *s = all->system;
-    const int parts = all->parts->islands->count;
+    const int parts = all->parts->count;
     int count = all->spec->time_count;
     double *row = KMP_NEW(double, 3 * s->n + s->m + 1);
     KMP_TRY(kmp_made(s->context, row));
@@ -240,17 +331,17 @@ static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
         count = all->rows[i].count < count ? all->rows[i].count : count;
     int given = 0;
     for (; given < count; given++) {
-        double work = 0;
+        double work = all->spec->work_start;
         for (int i = 0; i < parts; i++) {
             const part_rows *rows = &all->rows[i];
             const double *from = rows->row + (ptrdiff_t)given * rows->width;
-            const int n = all->parts->system[i]->n, m = all->parts->system[i]->m;
-            const int *motion = all->parts->islands->island[i].motion;
+            const int n = all->parts->part[i].system->n, m = all->parts->part[i].system->m;
+            const int *motion = all->parts->part[i].island->motion;
             for (int k = 0; k < n; k++)
                 for (int part = 0; part < 3; part++)
                     row[part * s->n + motion[k]] = from[part * n + k];
             for (int r = 0; r < m; r++)
-                row[3 * s->n + all->parts->row[i][r]] = from[3 * n + r];
+                row[3 * s->n + all->parts->part[i].row[r]] = from[3 * n + r];
             work += from[3 * n + m];
         }
         if (take(user, all->spec->times[given], row, row + s->n, row + 2 * s->n, row + 3 * s->n, work))
@@ -261,13 +352,14 @@ static kempe_status deliver(const part_runs *all, kmp_row_fn *take, void *user)
 }
 
 kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe_system *system,
-                             const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row, void *user,
-                             kmp_run_report *report)
+                             const kmp_run_spec *spec, const kempe_assembly *start, kmp_run_fn *run, kmp_row_fn *row,
+                             void *user, kmp_run_report *report)
 {
     const size_t heap = kmp_heap_in_use();
-    part_runs all = {.parts = parts, .system = system, .spec = spec, .start = start, .report = report};
-    *report = (kmp_run_report){.t = spec->t_end, .impacts = -1, .changes = -1};
-    const int count = parts->islands->count;
+    part_runs all = {.parts = parts, .system = system, .spec = spec, .start = start, .run = run, .report = report};
+    *report = KMP_RUN_REPORT_NONE(spec->t_end);
+    report->least = report->most = spec->work_start;
+    const int count = parts->count;
     kempe_status status = KEMPE_OK;
     if (!KMP_ARENA_MAKE(&all.arena, KMP_ROOM(part_rows, count, &all.rows), KMP_ROOM(kmp_run_log, count, &all.log)))
         status = kmp_fail_memory(system->context);

@@ -15,6 +15,7 @@
 #include "integrators/run/friction_run.h"
 #include "integrators/run/island_runs.h"
 #include "integrators/run/methods.h"
+#include "integrators/run/near_runs.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
@@ -231,9 +232,10 @@ static kempe_status check_growth(kmp_runner *run, double t)
 /* Reports progress and checks for interrupts, growth and the bound of work. */
 static kempe_status attend(kmp_runner *run)
 {
-    double t = kmp_runner_t(run), parts = fmax(run->spec.parts, 1); /* one after the other */
-    kmp_progress(run->s->context, KMP_PROGRESS_RUN, (t + run->spec.part * run->spec.t_end) / parts, run->spec.t_end,
-                 "s");
+    const kmp_run_spec *spec = &run->spec;
+    const double t = kmp_runner_t(run), from = spec->t_start, parts = fmax(spec->parts, 1); /* one after the other */
+    kmp_progress(run->s->context, KMP_PROGRESS_RUN, from + (t - from + spec->part * (spec->t_end - from)) / parts,
+                 kmp_run_until(spec), "s");
     if (kmp_interrupted(run->s->context)) {
         run->reason = kmp_strdup("interrupted");
         return KEMPE_STOPPED;
@@ -559,16 +561,21 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_look(kmp_runner *run, double t, double *row)
+kempe_status kmp_runner_look_inside(kmp_runner *run, double t, bool whole, double *row)
 {
     const double work = run->balance.work, until = run->balance.t;
-    const int n = run->s->n;
     double unused;
     run->balance.t = t;
-    kempe_status status = kmp_runner_inner_row(run, t, true, row, &unused);
+    kempe_status status = kmp_runner_inner_row(run, t, whole, row, &unused);
     run->balance.work = work;
     run->balance.t = until;
-    KMP_TRY(status);
+    return status;
+}
+
+kempe_status kmp_runner_look(kmp_runner *run, double t, double *row)
+{
+    const int n = run->s->n;
+    KMP_TRY(kmp_runner_look_inside(run, t, true, row));
     if (run->sticking.friction)
         kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);
@@ -722,11 +729,13 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     kempe_assembly *own = NULL;
     *report = (kmp_run_report){0};
     KMP_TRY(kmp_island_systems_of(system, spec, &parts));
-    if (!parts)
+    if (!parts && !kmp_near_may_pay(system, spec))
         return kmp_run_whole(system, spec, start, row, user, report);
     kempe_status status = start ? KEMPE_OK : kmp_assembly_at_start(system, &own);
-    if (status == KEMPE_OK)
-        status = kmp_island_runs(parts, system, spec, start ? start : own, row, user, report);
+    if (status == KEMPE_OK && parts)
+        status = kmp_island_runs(parts, system, spec, start ? start : own, kmp_near_run, row, user, report);
+    else if (status == KEMPE_OK)
+        status = kmp_near_run(system, spec, start ? start : own, row, user, report);
     kempe_assembly_free(own);
     return status;
 }

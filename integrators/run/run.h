@@ -81,12 +81,23 @@ typedef struct kmp_run_spec {
     double first_step;                 /* of a one-step method; 0: chosen by itself */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
     int part, parts;                   /* of a run by parts: its number, and how many there are; 0: it is whole */
+    double since, until;               /* the times of the motion of which this run is a piece; 0, 0: it is all of it */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool
         open_integrator; /* the user chose no integrator: `integrator` may be exchanged where another takes less time */
     kmp_integrator_reason reason;
 } kmp_run_spec;
+
+/** The end of the motion of which a run is a piece, and how long it lasts. */
+static inline double kmp_run_until(const kmp_run_spec *spec)
+{
+    return spec->until > 0 ? spec->until : spec->t_end;
+}
+static inline double kmp_run_span(const kmp_run_spec *spec)
+{
+    return kmp_run_until(spec) - (spec->until > 0 ? spec->since : spec->t_start);
+}
 
 /** Callback for a row: time, q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).
  * Nonzero ends the run with KEMPE_E_MEMORY. */
@@ -155,6 +166,9 @@ kempe_status kmp_runner_motion(kmp_runner *runner, double t, double *row);
 /** kmp_runner_row at any time within the last step, in any order, without the work: what the run keeps of its rows does
  * not change. */
 kempe_status kmp_runner_look(kmp_runner *runner, double t, double *row);
+
+/** The same in the coordinates of the present charts; `whole`: with accelerations and multipliers. */
+kempe_status kmp_runner_look_inside(kmp_runner *runner, double t, bool whole, double *row);
 
 /** The unknowns of the formulation at a time within the last step, valid until the next call; NULL: not available. */
 const double *kmp_runner_unknowns(kmp_runner *runner, double t);

@@ -110,7 +110,7 @@ bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
 static kempe_status check_rates(kmp_runner *run, const double *qd)
 {
     const kempe_system *s = run->s;
-    double *rate = run->room.lambda, size = 1 / run->spec.t_end, worst = 0;
+    double *rate = run->room.lambda, size = 1 / kmp_run_until(&run->spec), worst = 0;
     int row = 0;
     if (!s->rheonomic)
         return KEMPE_OK; /* the assembly has checked it */
@@ -359,7 +359,7 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
         bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
         const kmp_event_setup plan = {.system = run->s,
                                       .eval = run->eval,
-                                      .span = run->spec.t_end - run->spec.t_start,
+                                      .span = kmp_run_span(&run->spec),
                                       .rtol = run->spec.rtol,
                                       .kinks = run->kind->undo && (!run->spec.kind || past),
                                       .closely = run->spec.closely,
@@ -380,7 +380,7 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
     h = kmp_restart_proposed(h, t);
     /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length.
      */
-    double short_one = fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+    double short_one = fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * kmp_run_until(&run->spec));
     double first = run->kind->corrects || (run->kind->undo && h > 0) ? fmin(h, end - t) : short_one;
     return run->kind->start(run->solver, t, y, yp, end, first);
 }
@@ -518,7 +518,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "depend on rounding");
     run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
                                                : kmp_start_rate(kmp_model_coordinates(run->s->model), run->s->scale, qd,
-                                                                run->room.qdd, 1 / run->spec.t_end);
+                                                                run->room.qdd, 1 / kmp_run_until(&run->spec));
     run->method = method_of(run);
     run->change_point.near = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));

@@ -266,6 +266,14 @@ static void put_table_event(kmp_text *text, const kmp_named_table *table, int nu
                         kmp_table_end(table, end - end % 2 + 1));
 }
 
+double kmp_system_gravity(const kempe_system *s)
+{
+    double g[3];
+    for (int i = 0; i < 3; i++)
+        g[i] = kmp_number_at(&s->model->gravity[i], s->parameters);
+    return hypot(hypot(g[0], g[1]), g[2]);
+}
+
 bool kmp_system_watches_loads(const kempe_system *system)
 {
     bool watches = false;

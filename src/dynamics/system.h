@@ -159,6 +159,9 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 /** A system of only closures, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
+/** The size of gravity, m/s^2. */
+double kmp_system_gravity(const kempe_system *system);
+
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_length_scale {
     kmp_number to[3], from[3];

@@ -110,7 +110,7 @@ static int parts_of(const char *text)
 {
     loaded l = load_text(text);
     kmp_islands *islands = NULL;
-    CHECK(l.model && kmp_islands_new(l.model, &islands) == KEMPE_OK);
+    CHECK(l.model && kmp_islands_new(l.model, NULL, &islands) == KEMPE_OK);
     const int count = islands ? islands->count : -1;
     kmp_islands_free(islands);
     unload(&l);
@@ -167,7 +167,7 @@ static void rest_and_fixed(void)
         "start: {qd: {c: 1}}\nrun: {t_end: 0.5}\n";
     loaded l = load_text(text);
     kmp_islands *islands = NULL;
-    CHECK(kmp_islands_new(l.model, &islands) == KEMPE_OK && islands->count == 3);
+    CHECK(kmp_islands_new(l.model, NULL, &islands) == KEMPE_OK && islands->count == 3);
     CHECK(kmp_model_motion_count(islands->island[0].model) == 3 && kmp_model_body_count(islands->island[0].model) == 5);
     for (int i = 1; i < 3; i++)
         CHECK(kmp_model_motion_count(islands->island[i].model) == 1 &&

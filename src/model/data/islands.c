@@ -18,6 +18,7 @@ typedef struct walk {
     int *up;                              /* of bodies, then closures, then forces */
     int self;                             /* the element whose references are walked */
     bool apart;                           /* nothing connects all parts */
+    bool *out;                            /* of each element: it is left out */
     int *body, *motion, *closure, *force; /* new numbers */
     int *point, *owner;                   /* new number of a point, and the part that it was given in, from 1 */
     kempe_model *to;
@@ -87,6 +88,7 @@ static int to_closure(walk *w, int c)
 {
     if (w->arena)
         return w->closure[c];
+    w->apart = w->apart && !w->out[closure_node(w, c)];
     unite(w, closure_node(w, c));
     return c;
 }
@@ -95,6 +97,7 @@ static int to_force(walk *w, int f)
 {
     if (w->arena)
         return w->force[f];
+    w->apart = w->apart && !w->out[force_node(w, f)];
     unite(w, force_node(w, f));
     return f;
 }
@@ -239,6 +242,23 @@ static void walk_force(walk *w, kmp_force *f)
 
 /* -- groups ---------------------------------------------------------------------------------------------- */
 
+/* Leaves contacts out, with their friction and their rows. Returns how many. */
+static int leave_out(walk *w, const bool *contacts)
+{
+    const kempe_model *m = w->m;
+    int count = 0;
+    for (int f = 0; contacts && f < m->force_count; f++) {
+        const kmp_force *force = &m->forces[f];
+        const int contact = force->kind == KMP_FORCE_FRICTION && force->contact > 0 ? force->contact - 1 : f;
+        w->out[force_node(w, f)] = contacts[contact] && m->forces[contact].kind == KMP_FORCE_TOUCH;
+        count += w->out[force_node(w, f)];
+    }
+    for (int c = 0; count > 0 && c < m->closure_count; c++)
+        if (m->closures[c].kind == KMP_CLOSURE_friction || m->closures[c].kind == KMP_CLOSURE_touch)
+            w->out[closure_node(w, c)] = w->out[force_node(w, m->closures[c].force)];
+    return count;
+}
+
 static void unite_all(walk *w)
 {
     for (int b = 1; b < w->m->body_count; b++) {
@@ -250,24 +270,27 @@ static void unite_all(walk *w)
     for (int c = 0; c < w->m->closure_count; c++) {
         kmp_closure closure = w->m->closures[c];
         w->self = closure_node(w, c);
-        walk_closure(w, &closure);
+        if (!w->out[w->self])
+            walk_closure(w, &closure);
     }
     for (int f = 0; f < w->m->force_count; f++) {
         kmp_force force = w->m->forces[f];
         w->self = force_node(w, f);
-        walk_force(w, &force);
+        if (!w->out[w->self])
+            walk_force(w, &force);
     }
 }
 
-/* Numbers the groups: `part` of each element from 1, 0 of what does not move. Returns the number of parts, 0 where the
- * model is one. */
-static int number_parts(walk *w, int *part, bool *modes, int *number)
+/* Numbers the groups: `part` of each element from 1, 0 of what does not move; elements that are left out have the
+ * number after the last part. Returns the number of parts, 0 where the model is one and nothing is left out. */
+static int number_parts(walk *w, bool all, int *part, bool *modes, int *number)
 {
     const kempe_model *m = w->m;
     const int elements = force_node(w, m->force_count);
     int count = 0, rest = 0, with_modes = 0;
     for (int f = 0; f < m->force_count; f++)
-        modes[kmp_root_of(w->up, force_node(w, f))] |= kmp_force_has_modes(&m->forces[f]);
+        if (!w->out[force_node(w, f)])
+            modes[kmp_root_of(w->up, force_node(w, f))] |= kmp_force_has_modes(&m->forces[f]);
     for (int b = 1; b < m->body_count; b++) {
         const int root = kmp_root_of(w->up, b);
         if (is_fixed(m, b) || number[root] > 0)
@@ -277,10 +300,10 @@ static int number_parts(walk *w, int *part, bool *modes, int *number)
         with_modes += modes[root];
     }
     for (int k = 1; k < elements; k++) {
-        part[k] = k < m->body_count && is_fixed(m, k) ? 0 : number[kmp_root_of(w->up, k)];
+        part[k] = w->out[k] ? count + 1 : k < m->body_count && is_fixed(m, k) ? 0 : number[kmp_root_of(w->up, k)];
         w->apart = w->apart && (part[k] > 0 || k < m->body_count); /* an element without a body that moves */
     }
-    return w->apart && with_modes > 0 && count > 1 ? count : 0;
+    return w->apart && (!all || (with_modes > 0 && count > 1)) ? count : 0;
 }
 
 /* -- copies ---------------------------------------------------------------------------------------------- */
@@ -303,9 +326,11 @@ static void number_elements(walk *w, const int *part, kmp_island *island, int co
             w->motion[m->bodies[b].first_motion + k] = to->motion_count++;
     }
     for (int c = 0; c < m->closure_count; c++)
-        w->closure[c] = island[part[closure_node(w, c)] - 1].model->closure_count++;
+        if (!w->out[closure_node(w, c)])
+            w->closure[c] = island[part[closure_node(w, c)] - 1].model->closure_count++;
     for (int f = 0; f < m->force_count; f++)
-        w->force[f] = island[part[force_node(w, f)] - 1].model->force_count++;
+        if (!w->out[force_node(w, f)])
+            w->force[f] = island[part[force_node(w, f)] - 1].model->force_count++;
 }
 
 /* Room for the elements of a part. */
@@ -421,7 +446,7 @@ static void sort_elements(const int *part, int elements, int count, int *order, 
     first[count + 1] = elements - 1;
 }
 
-static kempe_status find(kmp_islands *all, const kempe_model *m, kmp_arena *scratch)
+static kempe_status find(kmp_islands *all, const kempe_model *m, const bool *left_out, kmp_arena *scratch)
 {
     const int elements = m->body_count + m->closure_count + m->force_count;
     const bool whole = m->state_count > 0 || m->delay_count > 0 || m->wheel_count > 0 || m->track_count > 0 ||
@@ -437,27 +462,28 @@ static kempe_status find(kmp_islands *all, const kempe_model *m, kmp_arena *scra
         return KEMPE_OK;
     KMP_TRY(kmp_made(
         m->context, KMP_ARENA_MAKE(scratch, KMP_ROOM(int, elements, &w.up, &part, &number, &order),
-                                   KMP_ROOM(bool, elements, &modes), KMP_ROOM(int, elements + 3, &first),
+                                   KMP_ROOM(bool, elements, &modes, &w.out), KMP_ROOM(int, elements + 4, &first),
                                    KMP_ROOM(int, m->body_count, &w.body), KMP_ROOM(int, m->motion_count, &w.motion),
                                    KMP_ROOM(int, m->closure_count, &w.closure), KMP_ROOM(int, m->force_count, &w.force),
                                    KMP_ROOM(int, m->point_count, &w.point, &w.owner))));
     for (int k = 0; k < elements; k++)
         w.up[k] = k;
+    const int out = leave_out(&w, left_out);
     unite_all(&w);
-    all->count = number_parts(&w, part, modes, number);
+    all->count = number_parts(&w, out == 0, part, modes, number);
     if (all->count == 0)
         return KEMPE_OK;
-    sort_elements(part, elements, all->count, order, first);
+    sort_elements(part, elements, all->count + (out > 0), order, first);
     w.arena = &all->arena;
     all->island = KMP_ARENA_NEW(&all->arena, kmp_island, all->count);
     return kmp_made(m->context, all->island && copy_parts(&w, part, order, first, all));
 }
 
-kempe_status kmp_islands_new(const kempe_model *model, kmp_islands **islands)
+kempe_status kmp_islands_new(const kempe_model *model, const bool *left_out, kmp_islands **islands)
 {
     KMP_MAKE(model->context, kmp_islands, all);
     kmp_arena scratch = {0};
-    kempe_status status = find(all, model, &scratch);
+    kempe_status status = find(all, model, left_out, &scratch);
     kmp_arena_free(&scratch);
     return KMP_GIVE_OR_FREE(status, islands, all, kmp_islands_free);
 }

@@ -21,6 +21,7 @@ typedef struct kmp_islands {
 /** Finds the parts of a finished model, which must outlive them. Each part with rigid contacts or friction that sticks
  * is apart; all others together are one part. All have the inputs. A model with states, delays, wheels, flexible
  * bodies, compliant contacts, implicit variables or conditions that end the run counts as one, as does one without such
- * contacts and friction. */
-kempe_status kmp_islands_new(const kempe_model *model, kmp_islands **islands);
+ * contacts and friction. `left_out`: the rigid contacts, by forces, that are in no part, nor is their friction; NULL:
+ * none. With such contacts one part is enough, and only a model that other elements connect counts as one. */
+kempe_status kmp_islands_new(const kempe_model *model, const bool *left_out, kmp_islands **islands);
 void kmp_islands_free(kmp_islands *islands);
