@@ -28,6 +28,12 @@ typedef struct link_axes {
     kmp_vec e[3];
 } link_axes;
 
+/* Numbers of closures or of forces, in the order of the model. */
+typedef struct crossing {
+    int *of, *from;                /* of each body: between the two sides of its joint */
+    int *anywhere, anywhere_count; /* of coordinates and expressions, or without two points */
+} crossing;
+
 struct kmp_joint_loads {
     kmp_forces forces;
     kmp_ref *qdd;
@@ -37,10 +43,10 @@ struct kmp_joint_loads {
     bool *known;
     link_axes *axes;               /* of each link; NULL: found for each vector */
     kmp_link *spare;               /* a copy of the tree's links; NULL: none, or in use */
-    int *crossing, *crossing_from; /* of each body: closures between the two sides of its joint */
-    int *anywhere, anywhere_count; /* closures of coordinates, or without two points */
+    crossing closures;             /* without pairs of gear wheels */
+    crossing elements;             /* friction along lengths and angles, and rigid contacts */
     int *gear, gear_count;         /* pairs of gear wheels */
-    int *element, element_count;   /* friction along lengths and angles, and rigid contacts */
+    int *element, element_count;   /* all elements */
     int *pressing, pressing_count; /* compliant contacts and films */
     kmp_ref *against;              /* KMP_COMPLIANT_FORCES of each: their forces */
     kmp_time_seeds seeds;          /* with the virtual displacements as coordinates */
@@ -127,6 +133,12 @@ static int next_between(const kempe_model *model, int side[2])
     return body;
 }
 
+/* True for friction along a length or an angle, and for rigid contacts. */
+static bool is_element(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_TOUCH || (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force));
+}
+
 static void list_elements(kmp_joint_loads *loads, const kmp_tree *tree)
 {
     const kempe_model *model = tree->model;
@@ -136,51 +148,99 @@ static void list_elements(kmp_joint_loads *loads, const kmp_tree *tree)
         const kmp_force *force = &model->forces[k];
         if (force->kind == KMP_FORCE_COMPLIANT)
             loads->pressing[loads->pressing_count++] = k;
-        if (force->kind == KMP_FORCE_TOUCH || (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force)))
+        if (is_element(force))
             loads->element[loads->element_count++] = k;
     }
 }
 
-/* Lists the closures that a joint changes, in the order of the model: first their number is counted. */
-static void list_closures(kmp_joint_loads *loads, const kmp_tree *tree)
+static void list_gears(kmp_joint_loads *loads, const kmp_tree *tree)
+{
+    loads->gear = KMP_GRAPH_NEW(tree->graph, int, tree->model->closure_count + 1);
+    for (int c = 0; loads->gear && c < tree->model->closure_count; c++)
+        if (tree->model->closures[c].gear && !kmp_closure_is_of_modes(&tree->model->closures[c]))
+            loads->gear[loads->gear_count++] = c;
+}
+
+typedef enum place_of { NOWHERE, ANYWHERE, BETWEEN } place_of;
+
+/* Where a closure or a force acts: between two bodies, anywhere, or not as one of its list. */
+typedef place_of place_fn(const kempe_model *model, int number, int side[2]);
+
+static place_of closure_place(const kempe_model *model, int c, int side[2])
+{
+    const kmp_closure *closure = &model->closures[c];
+    if (kmp_closure_is_of_modes(closure) || closure->gear)
+        return NOWHERE;
+    if (closure->point[0] < 0 || closure->point[1] < 0 ||
+        kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort)
+        return ANYWHERE;
+    side[0] = model->points[closure->point[0]].body;
+    side[1] = model->points[closure->point[1]].body;
+    return BETWEEN;
+}
+
+static place_of element_place(const kempe_model *model, int f, int side[2])
+{
+    const kmp_force *force = &model->forces[f];
+    if (!is_element(force))
+        return NOWHERE;
+    const kmp_force *contact =
+        force->kind == KMP_FORCE_FRICTION && force->contact > 0 ? &model->forces[force->contact - 1] : force;
+    const kmp_contact_pair *touch = &contact->touch;
+    if (contact->kind != KMP_FORCE_TOUCH || touch->gap || touch->motion >= 0 || touch->side[0].point < 0 ||
+        touch->side[1].point < 0)
+        return ANYWHERE;
+    side[0] = model->points[touch->side[0].point].body;
+    side[1] = model->points[touch->side[1].point].body;
+    return BETWEEN;
+}
+
+/* Lists what a joint changes, of `count`: first the number of each joint is counted. */
+static void list_crossing(crossing *all, const kmp_tree *tree, int count, place_fn *place)
 {
     const kempe_model *model = tree->model;
-    int *from = KMP_GRAPH_NEW(tree->graph, int, model->body_count + 2), body;
-    loads->anywhere = KMP_GRAPH_NEW(tree->graph, int, model->closure_count + 1);
-    loads->gear = KMP_GRAPH_NEW(tree->graph, int, model->closure_count + 1);
-    loads->crossing_from = from;
-    if (!from || !loads->anywhere || !loads->gear)
-        return;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int c = 0; c < model->closure_count; c++) {
-            const kmp_closure *closure = &model->closures[c];
-            if (kmp_closure_is_of_modes(closure))
-                continue;
-            if (closure->gear) {
-                if (pass == 0)
-                    loads->gear[loads->gear_count++] = c;
-                continue;
-            }
-            if (closure->point[0] < 0 || closure->point[1] < 0 ||
-                kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort) {
-                if (pass == 0)
-                    loads->anywhere[loads->anywhere_count++] = c;
-                continue;
-            }
-            int side[2] = {model->points[closure->point[0]].body, model->points[closure->point[1]].body};
-            while ((body = next_between(model, side)) >= 0) {
+    int *from = all->from = KMP_GRAPH_NEW(tree->graph, int, model->body_count + 2), body;
+    all->anywhere = KMP_GRAPH_NEW(tree->graph, int, count + 1);
+    for (int pass = 0; from && all->anywhere && pass < 2; pass++) {
+        for (int i = 0; i < count; i++) {
+            int side[2] = {0, 0};
+            const place_of where = place(model, i, side);
+            if (where == ANYWHERE && pass == 0)
+                all->anywhere[all->anywhere_count++] = i;
+            while (where == BETWEEN && (body = next_between(model, side)) >= 0) {
                 if (pass == 1)
-                    loads->crossing[from[body + 1]] = c;
+                    all->of[from[body + 1]] = i;
                 from[body + (pass == 0 ? 2 : 1)]++;
             }
         }
         for (int b = 0; pass == 0 && b < model->body_count; b++)
             from[b + 2] += from[b + 1];
-        if (pass == 0)
-            loads->crossing = KMP_GRAPH_NEW(tree->graph, int, from[model->body_count + 1] + 1);
-        if (!loads->crossing)
+        if (pass == 0 && !(all->of = KMP_GRAPH_NEW(tree->graph, int, from[model->body_count + 1] + 1)))
             return;
     }
+}
+
+/* What acts across a joint, or a section. */
+typedef struct across_list {
+    int count;
+    const int *of;
+} across_list;
+
+/* Merges what is between the two sides of a body's joint with what may be anywhere. */
+static across_list list_across(const crossing *all, kmp_graph *g, int body)
+{
+    const int *own = all->of + all->from[body], *end = all->of + all->from[body + 1], *any = all->anywhere,
+              *last = any + all->anywhere_count;
+    int *of = KMP_GRAPH_NEW(g, int, (end - own) + (last - any) + 1), count = 0;
+    while (of && (own < end || any < last))
+        of[count++] = own < end && (any == last || *own < *any) ? *own++ : *any++;
+    return (across_list){count, of};
+}
+
+/* Elements; across: a body; negative: a section. */
+static across_list elements_across(const kmp_joint_loads *loads, kmp_graph *g, int across)
+{
+    return across < 0 ? (across_list){loads->element_count, loads->element} : list_across(&loads->elements, g, across);
 }
 
 static void add_closure_rows(const kmp_tree *moved, int c, acting *a)
@@ -202,11 +262,9 @@ static void add_rows(const kmp_joint_loads *loads, const kmp_tree *moved, int ac
             add_closure_rows(moved, c, a);
     if (across < 0)
         return;
-    const int *own = loads->crossing + loads->crossing_from[across],
-              *end = loads->crossing + loads->crossing_from[across + 1], *any = loads->anywhere,
-              *last = any + loads->anywhere_count;
-    while (own < end || any < last)
-        add_closure_rows(moved, own < end && (any == last || *own < *any) ? *own++ : *any++, a);
+    const across_list own = list_across(&loads->closures, moved->graph, across);
+    for (int i = 0; i < own.count; i++)
+        add_closure_rows(moved, own.of[i], a);
 }
 
 enum { BOTH = 2 * VIRTUAL }; /* displacements, then their rates */
@@ -227,10 +285,11 @@ static void add_virtual(kmp_graph *g, const acting *a, int count, kmp_ref *slope
 }
 
 /* Forces along rates by virtual power. */
-static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_ref generalized[VIRTUAL])
+static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, int across, kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = moved->graph;
-    const int room = KMP_COMPLIANT_FORCES * loads->pressing_count + loads->element_count;
+    const across_list elements = elements_across(loads, g, across);
+    const int room = KMP_COMPLIANT_FORCES * loads->pressing_count + elements.count;
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, BOTH * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     if (!slope || !a.of || !a.force)
@@ -243,11 +302,11 @@ static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, kmp_r
         for (int c = 0; c < count; c++)
             add_acting(&a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * i + c]));
     }
-    for (int i = 0; i < loads->element_count; i++) {
-        const kmp_force *force = &model->forces[loads->element[i]];
+    for (int i = 0; i < elements.count; i++) {
+        const kmp_force *force = &model->forces[elements.of[i]];
         kmp_ref of;
         if (force->kind == KMP_FORCE_FRICTION && kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD)
-            add_acting(&a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
+            add_acting(&a, of, loads->forces.value[KMP_FORCE_WIDTH * elements.of[i]]);
     }
     add_virtual(g, &a, BOTH, slope, generalized);
 }
@@ -286,31 +345,36 @@ static void add_teeth(const kmp_joint_loads *loads, const kmp_tree *tree, const 
     }
 }
 
-/* The generalized forces of closures and elements along the virtual motions of a copy of the tree; `across`: as
- * loads->obstructed. */
+/* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
+static void add_element(const kmp_joint_loads *loads, const kmp_tree *moved, int f, acting *a)
+{
+    const kmp_force *force = &moved->model->forces[f];
+    kmp_ref of = KMP_ZERO;
+    if (force->kind == KMP_FORCE_TOUCH)
+        of = kmp_touching_gap(moved, &force->touch);
+    else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) /* a rate (add_rates) */
+        of = KMP_ZERO;
+    add_acting(a, of, loads->forces.value[KMP_FORCE_WIDTH * f]);
+}
+
+/* The generalized forces of closures and elements along the virtual motions of a copy of the tree, across a body's
+ * joint or, where negative, a section. */
 static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, const kmp_tree *moved, int across,
                         kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = tree->graph;
-    const int closures = across < 0
-                             ? tree->model->closure_count
-                             : loads->crossing_from[across + 1] - loads->crossing_from[across] + loads->anywhere_count;
-    const int room = KMP_KIND_MAX_ROWS * closures + loads->element_count;
+    const crossing *all = &loads->closures;
+    const int closures =
+        across < 0 ? tree->model->closure_count : all->from[across + 1] - all->from[across] + all->anywhere_count;
+    const across_list elements = elements_across(loads, g, across);
+    const int room = KMP_KIND_MAX_ROWS * closures + elements.count;
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     if (!slope || !a.of || !a.force)
         return;
     add_rows(loads, moved, across, &a);
-    /* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
-    for (int i = 0; i < loads->element_count; i++) {
-        const kmp_force *force = &moved->model->forces[loads->element[i]];
-        kmp_ref of = KMP_ZERO;
-        if (force->kind == KMP_FORCE_TOUCH)
-            of = kmp_touching_gap(moved, &force->touch);
-        else if (kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) /* a rate (add_rates) */
-            of = KMP_ZERO;
-        add_acting(&a, of, loads->forces.value[KMP_FORCE_WIDTH * loads->element[i]]);
-    }
+    for (int i = 0; i < elements.count; i++)
+        add_element(loads, moved, elements.of[i], &a);
     for (int k = 0; k < VIRTUAL; k++)
         generalized[k] = KMP_ZERO;
     add_virtual(g, &a, VIRTUAL, slope, generalized);
@@ -397,7 +461,7 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         return;
     displace(tree, first, false, &moved);
     find_acting(loads, tree, &moved, body, generalized);
-    add_rates(loads, &moved, generalized);
+    add_rates(loads, &moved, body, generalized);
     add_teeth(loads, tree, &moved, tree->links[first].parent, tree->links[first].p, generalized);
     put_back(tree, first, &moved);
     w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
@@ -471,7 +535,7 @@ static kmp_wrench beyond_section(const kmp_tree *tree, int point)
             displace(tree, i, true, &moved);
         }
     find_acting(loads, tree, &moved, -1 - point, generalized);
-    add_rates(loads, &moved, generalized);
+    add_rates(loads, &moved, -1 - point, generalized);
     add_teeth(loads, tree, &moved, frame, kmp_vec_zero(), generalized);
     for (int i = frame + 1; i < tree->count; i++)
         put_back(tree, i, &moved);
@@ -577,7 +641,9 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
     loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
     list_elements(loads, tree);
-    list_closures(loads, tree);
+    list_gears(loads, tree);
+    list_crossing(&loads->closures, tree, eq->model->closure_count, closure_place);
+    list_crossing(&loads->elements, tree, eq->model->force_count, element_place);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g) && find_pressing(loads, tree)));
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
