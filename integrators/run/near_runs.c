@@ -3,7 +3,8 @@
  * of radii, so that it holds for any distance. A piece begins with a guess of the boxes, from the rates at its start.
  * While it runs, every step widens the box in which it has been. If a distance that was left out may have been zero in
  * there, the piece is made again with this contact. So no contact is missed, whatever the guess was. A piece begins
- * as any run does that starts at its state: rest, stick and closed contacts are found again. */
+ * as any run does that starts at its state: rest, stick and closed contacts are found again. On a dae surfaces overlap
+ * by the errors of steps; such runs are not made in pieces. */
 #include "integrators/run/near_runs.h"
 #include "backend/bounds.h"
 #include "base/arena.h"
@@ -13,6 +14,7 @@
 #include "constraints/evaluation/charts.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/run/island_runs.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "model/data/body.h"
 #include "model/data/force_table.h"
@@ -58,7 +60,7 @@ typedef struct near_runs {
     double *row;        /* 3 n + m, work: at the start of the piece */
     double *times;      /* of the rows of a piece */
     double *rows;       /* of a piece */
-    int kept;
+    int room, kept;     /* the most rows that have room, and those that are there */
     double *look;       /* two rows of a part */
     kempe_assembly end; /* of the piece, in the charts of its joints: inner_q, inner_qd, chart */
 } near_runs;
@@ -285,8 +287,8 @@ static kempe_status attempt(near_runs *x, piece *p)
     return went ? KEMPE_OK : p->status;
 }
 
-/* Sets the times of the rows of a piece that ends at `to`, from row `next` of the run on. */
-static void set_times(near_runs *x, piece *p, int next, double to)
+/* Sets the times of the rows of a piece that ends at `to`, from row `next` of the run on. False: no memory. */
+static bool set_times(near_runs *x, piece *p, int next, double to)
 {
     int count = 0;
     p->spec.t_end = to;
@@ -297,6 +299,12 @@ static void set_times(near_runs *x, piece *p, int next, double to)
     if (p->adds_end)
         x->times[count++] = to;
     p->spec.time_count = count;
+    if (count <= x->room)
+        return true;
+    kmp_free(x->rows);
+    x->rows = KMP_NEW(double, (ptrdiff_t)count *width(x->s));
+    x->room = x->rows ? count : 0;
+    return x->rows;
 }
 
 /* Makes attempts until no contact that is left out was reached. */
@@ -304,7 +312,7 @@ static kempe_status run_piece(near_runs *x, piece *p, int next, double to)
 {
     const double from = p->spec.t_start;
     for (int attempts = 1;; attempts++) {
-        set_times(x, p, next, to);
+        KMP_TRY(kmp_made(x->s->context, set_times(x, p, next, to)));
         KMP_TRY(attempt(x, p));
         if (p->report.cut || !take_reached(x, from, to))
             return KEMPE_OK;
@@ -330,8 +338,7 @@ static kempe_status near_runs_init(near_runs *x)
                            KMP_ROOM(double, s->n, &x->low, &x->high), KMP_ROOM(double, wide, &x->row),
                            KMP_ROOM(double, most, &x->times), KMP_ROOM(double, 2 * wide, &x->look)) &&
             (s->chart_count == 0 || KMP_ARENA_MAKE(&x->arena, KMP_ROOM(double, s->n, &x->end.inner_q, &x->end.inner_qd),
-                                                   KMP_ROOM(double, KMP_CHART_SIZE * s->chart_count, &x->end.chart))) &&
-            (x->rows = KMP_ARENA_NEW(&x->arena, double, (ptrdiff_t)most *wide)));
+                                                   KMP_ROOM(double, KMP_CHART_SIZE * s->chart_count, &x->end.chart))));
 }
 
 /* Adds the report of a piece, whose reason and time are the ones of the run until the next piece. */
@@ -400,7 +407,8 @@ static bool pays(near_runs *x, const kempe_assembly *start, double *to)
 
 bool kmp_near_may_pay(const kempe_system *system, const kmp_run_spec *spec)
 {
-    return system->events.count >= LEAST && !kmp_runs_as_whole(system, spec);
+    const kmp_formulation_kind *method = kmp_formulation_find(spec->formulation, spec->form);
+    return system->events.count >= LEAST && !kmp_runs_as_whole(system, spec) && method && !method->dae;
 }
 
 kempe_status kmp_near_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
@@ -426,6 +434,7 @@ kempe_status kmp_near_run(const kempe_system *system, const kmp_run_spec *spec, 
     kmp_run_log_free(&p.log);
     kmp_free(p.report.reason);
     kmp_island_systems_free(x.parts);
+    kmp_free(x.rows);
     kmp_arena_free(&x.arena);
     return status;
 }

@@ -188,6 +188,18 @@ static void one_that_fails(void)
     unload(&l);
 }
 
+/* On a dae a state may overlap by the errors of steps, at which no run could start: it has no pieces. */
+static void on_a_dae(void)
+{
+    put_balls(&s, "[0, 0, 0]", "restitution: 1, friction: 0.2", "");
+    loaded l = load_text(s.text);
+    kmp_run_spec spec = {.formulation = "dae", .rtol = 1e-6, .atol = 1e-6, .t_end = 1};
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK && !kmp_near_may_pay(l.system, &spec));
+    spec = (kmp_run_spec){.formulation = "projected", .rtol = 1e-6, .atol = 1e-6, .t_end = 1};
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK && kmp_near_may_pay(l.system, &spec));
+    unload(&l);
+}
+
 /* Balls that turn in space about an axis at which the angles of the joint are singular. */
 static void in_space(void)
 {
@@ -258,6 +270,7 @@ int main(void)
     TEST(unforeseen);
     TEST(rows_and_log);
     TEST(one_that_fails);
+    TEST(on_a_dae);
     TEST(in_space);
     TEST(loads_of_rounding);
     return check_report();
