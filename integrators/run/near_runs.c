@@ -60,7 +60,7 @@ typedef struct near_runs {
     double *row;        /* 3 n + m, work: at the start of the piece */
     double *times;      /* of the rows of a piece */
     double *rows;       /* of a piece */
-    int room, kept;     /* the most rows that have room, and those that are there */
+    int room, kept;     /* the most rows that have room, and the rows that are there */
     double *look;       /* two rows of a part */
     kempe_assembly end; /* of the piece, in the charts of its joints: inner_q, inner_qd, chart */
 } near_runs;

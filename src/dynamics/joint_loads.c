@@ -163,7 +163,7 @@ static void list_gears(kmp_joint_loads *loads, const kmp_tree *tree)
 
 typedef enum place_of { NOWHERE, ANYWHERE, BETWEEN } place_of;
 
-/* Where a closure or a force acts: between two bodies, anywhere, or not as one of its list. */
+/* The place where a closure or a force acts: between two bodies, anywhere, or not as one of its list. */
 typedef place_of place_fn(const kempe_model *model, int number, int side[2]);
 
 static place_of closure_place(const kempe_model *model, int c, int side[2])
@@ -220,7 +220,7 @@ static void list_crossing(crossing *all, const kmp_tree *tree, int count, place_
     }
 }
 
-/* What acts across a joint, or a section. */
+/* Numbers of the closures or forces that act across a joint, or a section. */
 typedef struct across_list {
     int count;
     const int *of;
