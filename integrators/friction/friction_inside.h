@@ -81,7 +81,7 @@ struct kmp_friction_run {
     double *under;                         /* rest: as `upper`, of the negative force */
     double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
-    double *room;                          /* kmp_disc_room(count) */
+    double *room;                          /* kmp_sharing_room(count) */
     int *side, *rows;
     double *kept; /* 2 n: the state before a decision, which is first only of what has changed; NULL: it is of all */
     kmp_friction_element *kept_element;

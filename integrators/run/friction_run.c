@@ -12,6 +12,7 @@
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/friction/friction_problem.h"
+#include "integrators/friction/shared_contacts.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/closure.h"
@@ -650,7 +651,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element, &x->kept_element),
                         KMP_ROOM(int, count, &x->which, &x->side, &x->partner, &x->rows),
                         KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
-                        KMP_ROOM(double, kmp_disc_room(count), &x->room),
+                        KMP_ROOM(double, kmp_sharing_room(count), &x->room),
                         KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->under, &x->f, &x->y, &x->tried,
                                  &x->aside, &x->found)))
         return NULL;
