@@ -193,6 +193,8 @@
 #define KMP_SHARED_SOFT 1e-6
 /** Relative change of forces at which bounds of friction by them fit. */
 #define KMP_SHARED_SETTLED 1e-8
+/** Relative change of forces, levels or rates of contacts since they were examined that counts: rounding is less. */
+#define KMP_SHARED_CHANGED 1e-7
 /** Two elements with this relative gap of d_ik^2 to d_ii d_kk have one place, or multiples of it: rounding. */
 #define KMP_FRICTION_ONE_PLACE 1e-12
 /** Relative change of a force at which levels that depend on multipliers fit: some roundings. */

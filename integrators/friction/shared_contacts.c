@@ -527,32 +527,49 @@ KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, d
     kmp_friction_report(x, fact, -1, t, felt);
 }
 
-KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
+/* True for a contact that leaves its surface. */
+static bool leaves(const kmp_friction_run *x, int k)
 {
-    bool carried = false, rubs = false, felt;
-    for (int k = 0; k < x->rest; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        carried = carried || (e->contact && e->stance == KMP_FRICTION_CARRIED);
-        rubs = rubs || e->base >= 0;
+    double y = x->a[k], all = fabs(y);
+    for (int j = 0; j < x->rest; j++) {
+        y += x->d[k + j * x->rest] * x->f[j];
+        all = fmax(all, fabs(x->d[k + j * x->rest] * x->f[j]));
     }
-    if (!carried || x->past.felt || (x->past.shared && !rubs))
-        return;
+    return x->element[x->which[k]].broken && y > fmax(x->element[x->which[k]].still, KMP_FRICTION_ROUNDING * all);
+}
+
+KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
+{
+    bool felt;
     kmp_sharing s = kmp_sharing_begin(x->rest, x->d, x->room);
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, x->rest, x->which) : -1;
         x->lower[k] = -kmp_friction_bound(x, e, 1);
         x->upper[k] = kmp_friction_bound(x, e, -1);
-        if (e->implied || (e->broken && base < 0))
+        if (e->implied || (e->contact ? leaves(x, k) : e->broken && base < 0))
             continue;
-        if (e->broken)
-            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, e)));
-        else if (e->contact)
+        if (e->contact)
             kmp_sharing_contact(&s, k, !is_pressed(x, k));
+        else if (e->broken)
+            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, e)));
         else
             kmp_sharing_friction(&s, k, base, base < 0 ? 0 : kmp_sharing_ratio(x, e, -1));
     }
     const kmp_sharing_state at = {x->a, x->f, x->partner, x->lower, x->upper};
     if (kmp_sharing_mark(&s, x, x->which, &felt))
         kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || kmp_sharing_may_move(&s, &at));
+}
+
+KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
+{
+    bool more = false, rubs = false;
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        e->beside = e->contact && e->broken && !leaves(x, k);
+        more = more || e->beside || (e->contact && e->stance == KMP_FRICTION_CARRIED);
+        rubs = rubs || e->base >= 0;
+    }
+    if (more && !x->past.felt && (rubs || !x->past.shared))
+        kmp_friction_find_present(x, t);
 }

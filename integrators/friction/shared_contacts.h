@@ -10,6 +10,9 @@
 /** After a decision: marks the contacts at rest that share loads, `shares`, and reports them. */
 KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t);
 
+/** The same of the elements that are listed, with their forces in x->f. */
+KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t);
+
 /* The forces, or impulses, of n elements of which `count` are unknown. */
 typedef struct kmp_sharing {
     int n, count;
