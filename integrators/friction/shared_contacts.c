@@ -262,11 +262,29 @@ static bool is_pressed(const kmp_friction_run *x, int k)
     return e->contact && x->f[k] * x->d[k + k * x->rest] > e->still;
 }
 
-/* The direction of slip, or its component; of slip that begins it follows from the rates that are added. */
-static double slip_of(const kmp_friction_run *x, const kmp_friction_element *e)
+/* The acceleration of place k; *all: the largest of its parts. */
+static double acceleration_of(const kmp_friction_run *x, int k, double *all)
 {
-    if (e->twin < 0 || e->rubs)
-        return e->twin < 0 ? e->sense : e->along;
+    double y = x->a[k];
+    *all = fabs(y);
+    for (int j = 0; j < x->rest; j++) {
+        const double by = x->d[k + j * x->rest] * x->f[j];
+        y += by;
+        *all = fmax(*all, fabs(by));
+    }
+    return y;
+}
+
+/* The direction of slip, or its component; of slip that begins it follows from the rates that are added, or from its
+ * acceleration. Friction of a contact that has opened has no sense any more. */
+static double slip_of(const kmp_friction_run *x, int k)
+{
+    const kmp_friction_element *e = &x->element[x->which[k]];
+    double all;
+    if (e->twin < 0)
+        return e->rubs ? e->rubs : e->sense != 0 ? e->sense : acceleration_of(x, k, &all) < 0 ? -1 : 1;
+    if (e->rubs)
+        return e->along;
     const double size = hypot(e->ahead, x->element[e->twin].ahead);
     return size > 0 ? e->ahead / size : 0;
 }
@@ -530,12 +548,10 @@ KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, d
 /* True for a contact that leaves its surface. */
 static bool leaves(const kmp_friction_run *x, int k)
 {
-    double y = x->a[k], all = fabs(y);
-    for (int j = 0; j < x->rest; j++) {
-        y += x->d[k + j * x->rest] * x->f[j];
-        all = fmax(all, fabs(x->d[k + j * x->rest] * x->f[j]));
-    }
-    return x->element[x->which[k]].broken && y > fmax(x->element[x->which[k]].still, KMP_FRICTION_ROUNDING * all);
+    const kmp_friction_element *e = &x->element[x->which[k]];
+    double all;
+    const double y = acceleration_of(x, k, &all);
+    return e->broken && y > fmax(e->still, KMP_FRICTION_ROUNDING * all);
 }
 
 KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
@@ -552,7 +568,7 @@ KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
         if (e->contact)
             kmp_sharing_contact(&s, k, !is_pressed(x, k));
         else if (e->broken)
-            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, e)));
+            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, k)));
         else
             kmp_sharing_friction(&s, k, base, base < 0 ? 0 : kmp_sharing_ratio(x, e, -1));
     }
