@@ -18,8 +18,8 @@ import time
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"))), None)
 HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 SECONDS = 120  # for one page
-# Edges in WebGL are not smoothed, scripts not optimised, and their memory is tidied by the thread that runs them: a third of a page's time.
-SOONER = ["--webgl-msaa-sample-count=0", "--js-flags=--no-opt,--single-threaded", "--num-raster-threads=1"]
+# Scripts are not optimised, and their memory is tidied by the thread that runs them: an eighth of a page's time.
+SOONER = ["--js-flags=--no-opt,--single-threaded", "--num-raster-threads=1"]
 SETTLED = 100  # virtual milliseconds after the page was loaded, for what it draws by and by
 
 # Elements that are wider than the page, unless they scroll by themselves, and whether the page scrolls sideways.
