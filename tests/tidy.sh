@@ -3,8 +3,8 @@
 # clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference_*.c, whose numbers clang
 # does not have, platform_windows.c and src/browser, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER FILE...`
 # it reads these of them, and says which it does not read. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
-# it reads the sources that differ from the branch main, and where none of them has read a header that differs, one source that has, by the
-# compiler's record of BUILD_FOLDER; on main itself, those of the last 25 commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
+# it reads the sources that differ from the branch main, those that include a header that does and has functions or macros, and of another
+# such header, where none of these sees it, one source that does, by the compiler's record of BUILD_FOLDER; on main itself, those of the last 25 commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
 # twice as many lead to 94 in half as much time again, by 16 files. With `tests/tidy.sh BUILD_FOLDER deep` (./check full) it follows as many as it does by itself, in some
 # twelve times the time. clang-query looks for calls whose result depends on the order in which the compiler evaluates arguments.
 set -euo pipefail
@@ -26,7 +26,7 @@ all() {
 
 # Of the names on the standard input those that are named, or that changed.
 chosen() {
-    local base="" differ=""
+    local base="" differ="" code="" names=""
     if [ ${#named[@]} -gt 0 ]; then
         grep -Fx -f <(printf '%s\n' "${named[@]#./}") || true
         return
@@ -42,7 +42,14 @@ chosen() {
         return
     fi
     differ=$(git diff --name-only "$base" && git ls-files --others --exclude-standard)
-    { ninja -C "$build" -t deps | DIFFER=$differ awk -v root="$PWD/" '
+    names=$(cat)
+    # Headers with functions and macros, which are read where they are called.
+    code=$(grep -E '[.](h|def)$' <<<"$differ" | xargs -r grep -lsE '^\{|^#define \w+\(' |
+        sed -E 's/.*\///; s/[.]/[.]/; s/.*/^#include ["<](.*\/)?&[">]/' || true)
+    if [ -n "$code" ]; then
+        differ+=$'\n'$(xargs grep -lE -- "$code" <<<"$names" || true)
+    fi
+    ninja -C "$build" -t deps | DIFFER=$differ awk -v root="$PWD/" '
         BEGIN { for (k = split(ENVIRON["DIFFER"], names, "\n"); k > 0; k--) differs[names[k]] = 1 }
         NR == FNR { wanted[$0] = 1; if ($0 in differs) chosen[$0] = 1; next }
         /: #deps / { source = ""; next }
@@ -64,7 +71,7 @@ chosen() {
                     }
                 }
             for (source in chosen) print source
-        }' /dev/fd/3 -; } 3<&0 | sort
+        }' <(printf '%s\n' "$names") - | sort
 }
 chosen_sources=$(all | chosen)
 
