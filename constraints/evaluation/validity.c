@@ -115,7 +115,7 @@ void kmp_eval_report_invalid(kmp_evaluator *eval, int k, double t)
         kmp_doubt_condition(eval->system, condition, value, t);
 }
 
-/* What a flexible body turns with at this value of its condition, and its first frequency. */
+/* The rate of a flexible body at this value of its condition, and its first frequency. */
 static double rate_at(const kmp_flexible *f, double value, double *first)
 {
     kmp_flexible_spectrum own;
