@@ -31,6 +31,7 @@ typedef struct kmp_linear {
     int n, m, p;
     bool chosen;                        /* part and red are there */
     bool held;                          /* set by the caller: conditions of the model keep the evaluator's values */
+    bool switches;                      /* it has been doubted for a condition that changes at a state */
     bool plain;                         /* set by the caller: only the state is needed, no small changes */
     double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
     double *force;                      /* n: M qdd + C */
