@@ -594,6 +594,10 @@
 /** An output whose values at both ends of a period differ by this part of its range is not periodic, such as the
  * distance that a vehicle travels. */
 #define KMP_CYCLE_ADVANCES 1e-5
+/** Rows resolve an output of a cycle if extremes of every other row differ by less than this part of its range; corners
+ * are rows that are this part of the range off the curve through their neighbours. */
+#define KMP_CYCLE_UNRESOLVED 1e-5
+#define KMP_CYCLE_BENT       1e-3
 
 /* -- error control ------------------------------------------------------------------------------------- */
 
