@@ -40,7 +40,8 @@ static bool any_has_sides(const kmp_events *events)
 static double direction(int place, int part)
 {
     const double golden = 0.61803398874989484820;
-    const double x = (part + 1) * golden + (place / 2 + 1) * golden * golden * (part + 2);
+    const int pair = place / 2;
+    const double x = (part + 1) * golden + (pair + 1) * golden * golden * (part + 2);
     return (place % 2 ? -1 : 1) * (2 * (x - floor(x)) - 1);
 }
 
