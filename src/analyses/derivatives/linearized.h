@@ -79,8 +79,9 @@ void kmp_linear_lend(kmp_linear *linear, kmp_evaluator *eval);
 /** The index of a coordinate in u; -1: it is not independent. */
 int kmp_linear_place(const kmp_linear *linear, int coordinate);
 
-/** Doubts the state by the conditions that end runs and the tables that it leaves, each once. */
-void kmp_linear_doubt_state(const kmp_linear *linear);
+/** Doubts the state by the conditions that end runs and the tables that it leaves, each once; `rates` as of
+ * kmp_eval_doubt_state. */
+void kmp_linear_doubt_state(const kmp_linear *linear, bool rates);
 
 /** The state, for evaluating other programs there. */
 kmp_instant kmp_linear_instant(const kmp_linear *linear);

@@ -132,7 +132,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
 {
     const bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
     kmp_linear_matrices(linear);
-    kmp_linear_doubt_state(linear);
+    kmp_linear_doubt_state(linear, true);
     KMP_TRY(kmp_linear_settle_switches(linear, !equilibrium, true));
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);

@@ -232,7 +232,7 @@ static kempe_status look_again(kempe_equilibrium *e)
         const char *text = NULL;
         kmp_shared_loads found = {0};
         if (zero)
-            kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true,
+            kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true, true,
                                  kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
             status = zero ? share_loads(e, eval, zero, b) : kmp_fail_memory(e->system->context);

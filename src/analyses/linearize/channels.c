@@ -524,7 +524,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
                         "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     KMP_TRY(status);
-    kmp_linear_doubt_state(&c->linear);
+    kmp_linear_doubt_state(&c->linear, true);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_linear_settle_switches(&c->linear, true, true));
     KMP_TRY(kmp_slopes_new(c->system, backend->name, count, names, forces || c->outputs.count > 0, &c->slopes));

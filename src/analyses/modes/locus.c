@@ -124,7 +124,7 @@ kempe_status kmp_operating_family_go(kmp_operating_family *s, double value, kmp_
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
     KMP_TRY(kmp_averaged_judge(s->options.averaged, &s->linear));
     kmp_linear_matrices(&s->linear);
-    kmp_linear_doubt_state(&s->linear);
+    kmp_linear_doubt_state(&s->linear, true);
     KMP_TRY(kmp_linear_settle_switches(&s->linear, true, true));
     KMP_TRY(kmp_modes_init(modes, &s->linear, s->brief));
     if (!s->options.spare)
