@@ -601,6 +601,10 @@
 /** An output whose values at both ends of a period differ by this part of its range is not periodic, such as the
  * distance that a vehicle travels. */
 #define KMP_CYCLE_ADVANCES 1e-5
+/** Rows resolve an output of a cycle if extremes of every other row differ by less than this part of its range; corners
+ * are rows that are this part of the range off the curve through their neighbours. */
+#define KMP_CYCLE_UNRESOLVED 1e-5
+#define KMP_CYCLE_BENT       1e-3
 
 /* -- error control ------------------------------------------------------------------------------------- */
 
@@ -630,6 +634,10 @@
 /** An event is at a state where a coordinate or a rate, this part of its size away, has the other side: an equilibrium
  * is known to about 1e-10. */
 #define KMP_EVENT_HERE 1e-8
+/** Matrices of small motions on both sides of such an event are the same where their entries differ by less than this
+ * part of the largest of a row, or by this part of a size by the masses and the fastest rate. */
+#define KMP_SIDES_DIFFER   1e-6
+#define KMP_SIDES_ROUNDING 1e-10
 /** A gap or a length at the start as it is written, and closed, differ by less than this part of the characteristic
  * length: start values of six digits are closed ones. */
 #define KMP_START_CLOSED 1e-6

@@ -72,6 +72,7 @@ start: {q: {coupler: 45 deg, rocker: 90 deg}, qd: {crank: 5}, hold: [crank]}
 run: {t_end: 2}
 """,
     "soft": BEAM.format(g=-9.81, joint="{weld: yes, at: ground}", EI=30, more="stiffening: first", rest=""),
+    "sided": SLIDE + "forces: {f: {joint: x, force: 'F - if(q(x) < 0, 100, 400)*q(x)'}}\n",
     "fast": BEAM.format(g=0, joint="{name: A, revolute: z, at: ground}", EI=100, more="stiffening: none", rest="start: {qd: {A: 60}}\n"),
     "bent": COLUMN.replace("P", "-1, 6").replace("S", "{elastic: static}"),
     # It deflects by 0.16 of its length in the middle of the run, and by 0.013 of it at the end.
@@ -124,11 +125,19 @@ PROVOKED = [
     ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --t-end 0.7", "m.sensitivity(parameters='EI', t_end=0.7)"),
     ("deflects by %.3g m at t =", "sensitivity returns.yaml --parameters EI --method adjoint --outputs 'q(rod.y1)'", "m.sensitivity(parameters='EI', method='adjoint', outputs='q(rod.y1)')"),
     ("deflects by %.3g m at t =", "fit returns.yaml returns.csv --parameter EI:200:400", "", "simulate returns.yaml -o returns.csv"),
-    ("faster than its first frequency", "simulate fast.yaml", "m.simulate()"),
-    ("faster than its first frequency", "sensitivity fast.yaml --parameters qd.A --outputs 'q(A)'", "m.sensitivity(parameters='qd.A', outputs='q(A)')"),
+    ("KMP_TURNS_FASTER", "simulate fast.yaml", "m.simulate()"),
+    ("KMP_TURNS_FASTER", "sensitivity fast.yaml --parameters qd.A --outputs 'q(A)'", "m.sensitivity(parameters='qd.A', outputs='q(A)')"),
+    ("KMP_TURNS_FASTER", "modes fast.yaml", "s.modes()"),
+    ("KMP_TURNS_FASTER", "modes fast.yaml --sweep qd.A=10:60:3", "s.modes(sweep='qd.A=10:60:3')"),
+    ("KMP_TURNS_FASTER", "linearize fast.yaml", "s.linearize()"),
+    ("KMP_TURNS_FASTER", "equilibrium fast.yaml --rates A=60", "s.equilibrium(rates='A=60')"),
+    ("of a condition that changes at this state", "modes sided.yaml", "s.modes()"),
+    ("of a condition that changes at this state", "linearize sided.yaml", "s.linearize()"),
+    ("of a condition that changes at this state", "response sided.yaml --inputs 'effort(x)' --frequencies 0.1:1:3", "s.response(inputs='effort(x)', frequencies='0.1:1:3')"),
+    ("of a condition that changes at this state", "sensitivity sided.yaml --of equilibrium --parameters F --outputs 'q(x)'", ""),
     ("in instances %s: %s", "ensemble fast.yaml --sample qd.A=59:60 --instances 3", "m.ensemble(m.sample('qd.A=59:60', 3)).run()"),
     ("in instances %s: %s", "optimize fast.yaml --minimize 'q(A)' --parameter qd.A:50:60", "m.optimize(minimize='q(A)', parameters='qd.A:50:60')"),
-    ("of its first frequency: %s, so that rates", "simulate arm.yaml", "m.simulate()"),
+    ("KMP_TURNS_AVERAGED", "simulate arm.yaml", "m.simulate()"),
     ("straight because no load deflects it", "simulate straight.yaml", "m.simulate()"),
     ("start: the deformations are in balance", "simulate buckled.yaml", "m.simulate()"),
     ("later ones are not refined: evaluate a shorter time", "simulate rolls.yaml --t-end 8.1 --no-convergence-check", "m.simulate(t_end=8.1, no_convergence_check=True, judge_safety=True)"),
@@ -168,7 +177,7 @@ PROVOKED = [
     ("is not resolved by values", f"contact {CONICITY} --sweep 'shift=-9 mm:9 mm:3' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-9 mm:9 mm:3', conicity='3 mm:6 mm:2')"),
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),
 ]
-SAID = {"in instances %s: %s": "its stiffness is lost at such speeds", "KMP_TABLE_LEFT": "it goes straight on there", "KMP_LEVEL_PUSHES": "which must not be negative: it would push", "KMP_RUN_WOULD_END": "a run would end at this state", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
+SAID = {"KMP_TURNS_FASTER": "faster than its first frequency", "KMP_TURNS_AVERAGED": "so that rates up to", "in instances %s: %s": "its stiffness is lost at such speeds", "KMP_TABLE_LEFT": "it goes straight on there", "KMP_LEVEL_PUSHES": "which must not be negative: it would push", "KMP_RUN_WOULD_END": "a run would end at this state", "gather law.kempe": "3 instances are not trustworthy", "instances that did not reach their end": "1 failed"}  # in texts
 DISTRUSTS = r"\b(?:do not trust|not trustworthy|(?:not|cannot) be trusted|not to be trusted|(?:may|might|can) be wrong|results? (?:is|are) wrong|not reliable|unreliable)"
 STATUS_WORDS = ["src/cli/main.c", "src/cli/options.c", "src/output/print.c"]  # help and names of the status
 PASSED_ON = 4  # calls that pass on a sentence that is made elsewhere

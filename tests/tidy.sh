@@ -3,8 +3,8 @@
 # clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference_*.c, whose numbers clang
 # does not have, platform_windows.c and src/browser, whose headers are absent: tests/tidy.sh BUILD_FOLDER. With `tests/tidy.sh BUILD_FOLDER FILE...`
 # it reads these of them, and says which it does not read. With `tests/tidy.sh BUILD_FOLDER changed` (./check)
-# it reads the sources that differ from the branch main, and those that include a header that does; on main itself, those of the last 25
-# commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
+# it reads the sources that differ from the branch main, those that include a header that does and has functions or macros, and of another
+# such header, where none of these sees it, one source that does, by the compiler's record of BUILD_FOLDER; on main itself, those of the last 25 commits; all where there is no history. Of each function the analyzer follows so many steps, which lead to 92 of 100 blocks (debug.Stats);
 # twice as many lead to 94 in half as much time again, by 16 files. With `tests/tidy.sh BUILD_FOLDER deep` (./check full) it follows as many as it does by itself, in some
 # twelve times the time. clang-query looks for calls whose result depends on the order in which the compiler evaluates arguments.
 set -euo pipefail
@@ -24,14 +24,9 @@ all() {
     find src constraints integrators examples -name '*.c' ! -name "reference_*.c" ! -name platform_windows.c ! -path 'src/browser/*' | sort
 }
 
-# The sources to read, NUL between them.
-sources() {
-    all | chosen | tr '\n' '\0'
-}
-
 # Of the names on the standard input those that are named, or that changed.
 chosen() {
-    local base="" differ="" headers=""
+    local base="" differ="" code="" names=""
     if [ ${#named[@]} -gt 0 ]; then
         grep -Fx -f <(printf '%s\n' "${named[@]#./}") || true
         return
@@ -47,12 +42,42 @@ chosen() {
         return
     fi
     differ=$(git diff --name-only "$base" && git ls-files --others --exclude-standard)
-    headers=$(grep -E '[.](h|def)$' <<<"$differ" | sed -E 's/.*\///; s/[.]/[.]/; s/.*/^#include ["<](.*\/)?&[">]/' || true)
-    while read -r source; do
-        if grep -Fxq -- "$source" <<<"$differ" || { [ -n "$headers" ] && grep -Eq -- "$headers" "$source"; }; then
-            printf '%s\n' "$source"
-        fi
-    done
+    names=$(cat)
+    # Headers with functions and macros, which are read where they are called.
+    code=$(grep -E '[.](h|def)$' <<<"$differ" | xargs -r grep -lsE '^\{|^#define \w+\(' |
+        sed -E 's/.*\///; s/[.]/[.]/; s/.*/^#include ["<](.*\/)?&[">]/' || true)
+    if [ -n "$code" ]; then
+        differ+=$'\n'$(xargs grep -lE -- "$code" <<<"$names" || true)
+    fi
+    ninja -C "$build" -t deps | DIFFER=$differ awk -v root="$PWD/" '
+        BEGIN { for (k = split(ENVIRON["DIFFER"], names, "\n"); k > 0; k--) differs[names[k]] = 1 }
+        NR == FNR { wanted[$0] = 1; if ($0 in differs) chosen[$0] = 1; next }
+        /: #deps / { source = ""; next }
+        NF > 0 {
+            name = index($1, root) == 1 ? substr($1, length(root) + 1) : $1
+            sub(/^([.][.]\/)+/, "", name)
+            if (source == "") { source = name; if (source in wanted) compiled[++count] = source }
+            else if (name in differs) sees[source] = sees[source] " " name
+        }
+        END {
+            for (pass = 1; pass <= 2; pass++) # headers that the sources which changed see, then the others
+                for (k = 1; k <= count; k++) {
+                    source = compiled[k]
+                    more = 0
+                    for (n = split(sees[source], names, " "); n > 0; n--) more += !(names[n] in seen)
+                    if (source in chosen || (pass == 2 && more)) {
+                        chosen[source] = 1
+                        for (n = split(sees[source], names, " "); n > 0; n--) seen[names[n]] = 1
+                    }
+                }
+            for (source in chosen) print source
+        }' <(printf '%s\n' "$names") - | sort
+}
+chosen_sources=$(all | chosen)
+
+# The sources to read, NUL between them.
+sources() {
+    [ -z "$chosen_sources" ] || tr '\n' '\0' <<<"$chosen_sources"
 }
 
 for name in "${named[@]#./}"; do

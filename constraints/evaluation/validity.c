@@ -91,7 +91,7 @@ int kmp_eval_next_invalid(const kmp_evaluator *eval, int *from)
     const kmp_events *events = &eval->system->events;
     const double *change = eval->validity->change;
     for (; *from < events->count; ++*from)
-        if (events->condition[*from].validity < KMP_VALIDITY_DEFLECTION &&
+        if (events->condition[*from].validity != KMP_VALIDITY_DEFLECTION &&
             kmp_condition_invalid(&events->condition[*from], change[*from], fabs(change[*from])))
             return (*from)++;
     return -1;
@@ -115,6 +115,40 @@ void kmp_eval_report_invalid(kmp_evaluator *eval, int k, double t)
         kmp_doubt_condition(eval->system, condition, value, t);
 }
 
+/* The rate of a flexible body at this value of its condition, and its first frequency. */
+static double rate_at(const kmp_flexible *f, double value, double *first)
+{
+    kmp_flexible_spectrum own;
+    const double rate = kmp_flexible_fastest(f) * sqrt(1 - value);
+    *first = kmp_flexible_spectrum_find(f, &own) ? own.fixed[0] : rate;
+    return rate;
+}
+
+static const char *rotation_advice(const kmp_flexible *f)
+{
+    return f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'";
+}
+
+static void doubt_rotation(const kempe_system *s, const kmp_flexible *f, double value)
+{
+    const char *name = s->model->bodies[f->body].name;
+    double first, rate = rate_at(f, value, &first);
+    if (rate > first || !f->averaged)
+        kmp_doubt(s->context, KMP_TURNS_FASTER, name, rate, first, rotation_advice(f));
+    else
+        kmp_doubt(s->context, KMP_TURNS_AVERAGED, name, rate, rate / first, f->doubt, KMP_ROTATION_AVERAGED);
+}
+
+static void put_rotation(const kempe_system *s, const kmp_flexible *f, double value, kmp_text *text)
+{
+    const char *name = s->model->bodies[f->body].name;
+    double first, rate = rate_at(f, value, &first);
+    if (rate > first || !f->averaged)
+        kmp_text_printf(text, KMP_TURNS_FASTER, name, rate, first, rotation_advice(f));
+    else
+        kmp_text_printf(text, KMP_TURNS_AVERAGED, name, rate, rate / first, f->doubt, KMP_ROTATION_AVERAGED);
+}
+
 void kmp_eval_put_invalid(const kmp_evaluator *eval, int k, double t, kmp_text *text)
 {
     const kmp_condition *condition = &eval->system->events.condition[k];
@@ -125,6 +159,8 @@ void kmp_eval_put_invalid(const kmp_evaluator *eval, int k, double t, kmp_text *
         const int end = kmp_validity_end(condition, value, &x);
         kmp_text_printf(text, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1),
                         kmp_table_end(table, end | 1), t, kmp_table_advice(table));
+    } else if (condition->validity == KMP_VALIDITY_ROTATION) {
+        put_rotation(eval->system, condition->of, value, text);
     } else {
         kmp_text_printf(text, KMP_LEVEL_PUSHES, ((const kmp_force *)condition->of)->name, value, t);
     }
@@ -161,25 +197,6 @@ static void doubt_deflection(const kempe_system *s, const kmp_flexible *f, doubl
         "suffice up to there: divide it into %s",
         s->model->bodies[f->body].name, KMP_DEFLECTION_LARGE * length * sqrt(1 - value), t, KMP_DEFLECTION_LARGE,
         kmp_flexible_parts(f));
-}
-
-static void doubt_rotation(const kempe_system *s, const kmp_flexible *f, double value)
-{
-    kmp_flexible_spectrum own;
-    const double rate = kmp_flexible_fastest(f) * sqrt(1 - value);
-    const double first = kmp_flexible_spectrum_find(f, &own) ? own.fixed[0] : rate;
-    if (rate > first || !f->averaged)
-        kmp_doubt(
-            s->context,
-            "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms "
-            "of second order its stiffness is lost at this speed; %s",
-            s->model->bodies[f->body].name, rate, first,
-            f->file ? "write terms of second order into its file" : "take stiffening 'first' or 'full'");
-    else
-        kmp_doubt(s->context,
-                  "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f "
-                  "are right",
-                  s->model->bodies[f->body].name, rate, rate / first, f->doubt, KMP_ROTATION_AVERAGED);
 }
 
 void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t)

@@ -35,11 +35,16 @@ int kmp_validity_end(const kmp_condition *condition, double value, double *x);
 /** Doubts the motion for a condition of validity with this value at t. */
 void kmp_doubt_condition(const kempe_system *system, const kmp_condition *condition, double value, double t);
 
-/** The doubt: `end` as of kmp_table_end. */
+/** The doubts: `end` as of kmp_table_end. */
 #define KMP_TABLE_LEFT                                                                                                 \
     "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on there; %s"
 #define KMP_LEVEL_PUSHES "friction '%s' has the level %.4g at t = %.6g s, which must not be negative: it would push"
-/** The advice at its end: what a model may say of the table. */
+#define KMP_TURNS_FASTER                                                                                               \
+    "flexible body '%s' turns with %.4g rad/s, faster than its first frequency, %.4g rad/s: without terms of second "  \
+    "order its stiffness is lost at this speed; %s"
+#define KMP_TURNS_AVERAGED                                                                                             \
+    "flexible body '%s' turns with %.4g rad/s, %.2f of its first frequency: %s, so that rates up to %.1f are right"
+/** The advice at the end of a table: what a model may say of the table. */
 const char *kmp_table_advice(const kmp_named_table *table);
 void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int end, double x, double t);
 

@@ -491,6 +491,7 @@ static void take_loads(judging *j)
     const kempe_model *model = j->model;
     double loads = 0, least = INFINITY, mass = 0, g = 0;
     s->at_rest = isfinite(j->static_loads[0]);
+    s->resumed = s->t[0] > 0;
     for (int w = 0; w < s->wheels; w++) {
         kmp_safety_wheel *wheel = &s->wheel[w];
         wheel->load = s->at_rest ? j->static_loads[w] : j->safety->load[(ptrdiff_t)w * s->samples];
@@ -506,7 +507,7 @@ static void take_loads(judging *j)
     for (int i = 0; i < 3; i++)
         g = hypot(g, model->gravity[i].value);
     s->carried = mass * g > 0 ? loads / (mass * g) : NAN;
-    s->loaded = s->at_rest || (least > 0 && !(s->carried > KMP_CARRIED_MOST));
+    s->loaded = s->at_rest || (!s->resumed && least > 0 && !(s->carried > KMP_CARRIED_MOST));
     for (int w = 0; w < s->wheels && !s->loaded; w++)
         s->wheel[w].load = NAN;
 }
@@ -592,9 +593,10 @@ static const double degrees = 57.295779513082320876798154814105;
 
 const char *kmp_safety_loads_from(const kmp_running_safety *s)
 {
-    return s->at_rest  ? "at the equilibrium"
-           : s->loaded ? "at the start"
-                       : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
+    return s->at_rest   ? "at the equilibrium"
+           : s->loaded  ? "at the start"
+           : s->resumed ? "unknown: no equilibrium is found, and the start is before the checkpoint"
+                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
 /* Forces are in kN where the chosen system of units leaves them in N. */
@@ -705,7 +707,10 @@ static void show_verdict(kmp_text *text, const kempe_model *model, const void *v
     }
     kmp_text words = {0};
     kmp_print_quantity(&words, model->context, 6, s->way, "m");
-    kmp_text_printf(&words, " travelled; Q0 %s", kmp_safety_loads_from(s));
+    kmp_text_put(&words, " travelled");
+    if (s->resumed)
+        kmp_text_printf(&words, " from t = %.6g s on, where the checkpoint ends", s->t[0]);
+    kmp_text_printf(&words, "; Q0 %s", kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)
         kmp_text_printf(&words, ", together %.3f of the weight", s->carried);
     kmp_text_printf(&words, "; sampling error %.1e (%d samples)", s->difference, s->samples);
@@ -737,13 +742,14 @@ static void json_verdict(kmp_json *json, const kempe_model *model, const void *v
         kmp_json_put(json, "running_safety { too_long %i }", true);
     if (s->wheels == 0)
         return;
-    kmp_json_put(json,
-                 "running_safety { way %g mean_over %g cutoff %g Q0_at %s samples %d difference %g carried %g wheels [",
-                 s->way, KMP_SAFETY_LENGTH, KMP_SAFETY_CUTOFF,
-                 s->at_rest  ? "equilibrium"
-                 : s->loaded ? "start"
-                             : "unknown",
-                 s->samples, s->difference, s->carried);
+    kmp_json_put(
+        json,
+        "running_safety { from %g way %g mean_over %g cutoff %g Q0_at %s samples %d difference %g carried %g wheels [",
+        s->t[0], s->way, KMP_SAFETY_LENGTH, KMP_SAFETY_CUTOFF,
+        s->at_rest  ? "equilibrium"
+        : s->loaded ? "start"
+                    : "unknown",
+        s->samples, s->difference, s->carried);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
         kmp_json_put(json, "{ name %s Q0 %g", model->wheels[w].name, wheel->load);

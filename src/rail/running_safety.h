@@ -33,6 +33,7 @@ typedef struct kmp_running_safety {
     bool too_long; /* the run has more dense output than is kept: nothing is judged */
     int wheels, axles, samples;
     double way;        /* of the wheel that came farthest, m */
+    bool resumed;      /* the run continues from a checkpoint: the samples are of its part */
     bool at_rest;      /* Q0 is taken from the equilibrium; otherwise from the start of the run */
     bool loaded;       /* Q0 is known */
     double carried;    /* sum of Q0 over the weight of the model; NaN: no gravity */

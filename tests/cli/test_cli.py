@@ -3439,6 +3439,22 @@ class RunningSafety(Case):
         self.assertIn("Prud'homme's limit 46.624 kN", text)
         self.assertRegex(text, rf"FL +{safety['wheels'][0]['wear_mean']:.2f} +{safety['wheels'][0]['wear']['value']:.1f} ")
 
+    def test_resumed(self):
+        """Behind a checkpoint: the part is named, and loads at its beginning are not those of the start. No equilibrium is found, for a rotor turns faster and faster."""
+        text = (ROOT / "examples/restrained_wheelset/wheelset_on_rails.yaml").read_text()
+        text = text.replace("\nbodies:\n", "\nbodies:\n  rotor: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n", 1)
+        text = text.replace("\nforces:\n", "\nforces:\n  drive: {joint: rotor, torque: 1}\n  lift: {joint: z, force: \"if(t < 0.1, 0, 50 kN)\"}\n", 1)
+        (self.folder / "model.yaml").write_text(text)
+        self.expect(0, "simulate", "model.yaml", "--t-end", 0.2, "--checkpoint", "run.checkpoint", "--json", "run.json", "--no-convergence-check")
+        begun = json.loads((self.folder / "run.json").read_text())["running_safety"]
+        self.assertEqual((begun["from"], begun["Q0_at"], round(begun["wheels"][0]["Q0"])), (0, "start", 75000))
+        done = self.expect(0, "simulate", "model.yaml", "--t-end", 0.4, "--resume", "run.checkpoint", "--json", "run.json", "--no-convergence-check")
+        safety = json.loads((self.folder / "run.json").read_text())["running_safety"]
+        self.assertEqual((safety["from"], safety["Q0_at"]), (0.2, "unknown"))
+        self.assertAlmostEqual(safety["way"], 16, delta=0.1)
+        self.assertEqual([(wheel["Q0"], wheel["unloading"]["value"]) for wheel in safety["wheels"]], [(None, None)] * 2)
+        self.assertIn("travelled from t = 0.2 s on, where the checkpoint ends; Q0 unknown", " ".join(done.stdout.split()))
+
     def test_independent_wheels(self):
         """Wheels that turn each on its own: pairs of opposite ones, with the load of both."""
         self.expect(0, "simulate", ROOT / "examples/tram/tram.yaml", "--t-end", 0.3, "--no-convergence-check", "--json", "run.json")

@@ -130,8 +130,9 @@ static void end_motion(motion *m)
 static void run_of(const char *path, double q[2])
 {
     static const kempe_setting inputs[] = {{"ctrl_push", "1"},    {"ctrl_servo", "0.3"}, {"ctrl_pace", "-1"},
-                                           {"ctrl_brake", "0.5"}, {"ctrl_law", "0.2"},   {"ctrl_winch", "0.7"}};
-    motion m = set_run(path, 6, inputs, 2, 1e-9);
+                                           {"ctrl_brake", "0.5"}, {"ctrl_law", "0.2"},   {"ctrl_winch", "0.7"},
+                                           {"ctrl_haul", "0.4"}};
+    motion m = set_run(path, 7, inputs, 2, 1e-9);
     int last = m.run ? kempe_trajectory_row_count(m.run) - 1 : -1;
     for (int k = 0; k < 2; k++)
         q[k] = last >= 0 ? kempe_trajectory_q(m.run, last)[k] : k;

@@ -186,9 +186,9 @@ void kmp_linear_derive(kmp_linear *linear)
     linear->tangents = derived;
 }
 
-void kmp_linear_doubt_state(const kmp_linear *l)
+void kmp_linear_doubt_state(const kmp_linear *l, bool rates)
 {
-    kmp_eval_doubt_state(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true,
+    kmp_eval_doubt_state(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true, rates,
                          l->system->use_count > 0 ? kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda)
                                                   : NULL);
 }

@@ -31,6 +31,7 @@ typedef struct kmp_linear {
     int n, m, p;
     bool chosen;                        /* part and red are there */
     bool held;                          /* set by the caller: conditions of the model keep the evaluator's values */
+    bool switches;                      /* it has been doubted for a condition that changes at a state */
     bool plain;                         /* set by the caller: only the state is needed, no small changes */
     double t, *q, *qd, *qdd, *lambda;   /* the state: n, n, n, m */
     double *force;                      /* n: M qdd + C */
@@ -78,8 +79,9 @@ void kmp_linear_lend(kmp_linear *linear, kmp_evaluator *eval);
 /** The index of a coordinate in u; -1: it is not independent. */
 int kmp_linear_place(const kmp_linear *linear, int coordinate);
 
-/** Doubts the state by the conditions that end runs and the tables that it leaves, each once. */
-void kmp_linear_doubt_state(const kmp_linear *linear);
+/** Doubts the state by the conditions that end runs and the tables that it leaves, each once; `rates` as of
+ * kmp_eval_doubt_state. */
+void kmp_linear_doubt_state(const kmp_linear *linear, bool rates);
 
 /** The state, for evaluating other programs there. */
 kmp_instant kmp_linear_instant(const kmp_linear *linear);

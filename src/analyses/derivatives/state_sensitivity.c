@@ -2,6 +2,7 @@
 /* R(u, p) = 0 differentiated is Kr du = -dR, with dR the change by a parameter at constant u. Kr is scaled by the sizes
  * of coordinates before its rank is decided. */
 #include "analyses/derivatives/state_sensitivity.h"
+#include "analyses/derivatives/switching_state.h"
 #include "base/memory.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
@@ -129,11 +130,12 @@ static const double *gather(const kmp_linear *l, const double *column, double *o
 kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
                                       kmp_slopes *slopes, kmp_fixed_quantity fixed, const double *q, const double *qd)
 {
+    const bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
+    kmp_linear_matrices(linear);
+    kmp_linear_doubt_state(linear, true);
+    KMP_TRY(kmp_linear_settle_switches(linear, !equilibrium, true));
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
-    kmp_linear_matrices(linear);
-    kmp_linear_doubt_state(linear);
-    bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
     const int rank = sensitivity_of_state->rank = factor(sensitivity_of_state, linear, equilibrium);
     for (int k = 0; k < sensitivity_of_state->count; k++) {
         kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);

@@ -5,6 +5,7 @@
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "analyses/derivatives/spectrum.h"
+#include "analyses/derivatives/switching_state.h"
 #include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "analyses/equilibrium/exchange.h"
@@ -231,7 +232,7 @@ static kempe_status look_again(kempe_equilibrium *e)
         const char *text = NULL;
         kmp_shared_loads found = {0};
         if (zero)
-            kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true,
+            kmp_eval_doubt_state(eval, 0, b->q, b->qd, zero, b->lambda, true, true,
                                  kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
             status = zero ? share_loads(e, eval, zero, b) : kmp_fail_memory(e->system->context);
@@ -326,6 +327,18 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 
 /* -- a balance ---------------------------------------------------------------------------------------- */
 
+/* Stability is judged next to a state whose own equations belong to none of its sides. */
+static kempe_status judge(kempe_equilibrium *e, kmp_linear *linear, kmp_stability *stability)
+{
+    const int n = linear->n;
+    const double *q = copy(e, n, linear->q), *qd = copy(e, n, linear->qd);
+    KMP_TRY(kmp_made(e->system->context, !e->arena.failed));
+    KMP_TRY(kmp_linear_settle_switches(linear, true, false));
+    KMP_TRY(kmp_stability_judge(linear, stability));
+    return memcmp(q, linear->q, (size_t)n * sizeof *q) == 0 ? KEMPE_OK
+                                                            : kmp_linear_at_rates(linear, linear->t, q, qd, false);
+}
+
 /* Forces, coordinates without effect and stability. */
 static kempe_status examine(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *b)
 {
@@ -335,7 +348,7 @@ static kempe_status examine(kempe_equilibrium *e, kmp_linear *linear, kmp_balanc
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(e->system->context, b->idle_count >= 0 && !e->arena.failed));
     KMP_TRY(kmp_averaged_judge(e->averaged, linear));
-    return kmp_stability_judge(linear, &b->stability);
+    return judge(e, linear, &b->stability);
 }
 
 /* The multipliers of l's state, with the force of friction. */

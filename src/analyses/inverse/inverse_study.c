@@ -286,7 +286,7 @@ static kempe_status keep_row(job *j)
         memcpy(row + r->at.force + 3 * l, load, vector);
         memcpy(row + r->at.moment + 3 * l, load + 3, vector);
     }
-    kmp_eval_doubt_state(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
+    kmp_eval_doubt_state(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, true, NULL);
     kmp_inverse_balance_add(&r->balance, v, r->rows, r->t);
     r->rows++;
     return KEMPE_OK;

@@ -370,7 +370,7 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
     double t = k->time < 0 ? 0 : kmp_sweep_parameter_value(&k->parameter[k->time], s);
     const double at = k->width > 0 ? kmp_eval_row_time(j->sweep.eval, t, q, qd) : t;
     const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, at, q, qd, qdd, j->zero) : NULL;
-    kmp_eval_doubt_state(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
+    kmp_eval_doubt_state(j->sweep.eval, t, q, qd, qdd, j->zero, false, true, all);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }

@@ -3,6 +3,7 @@
  * on. */
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/dense/eigenvalues.h"
+#include "analyses/limit_cycles/cycle_extremes.h"
 #include "analyses/parts/ranges.h"
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/arena.h"
@@ -133,52 +134,23 @@ static void weigh_flow(kmp_flow *f, const double *sizes, double parameter)
     kmp_slope_runs_weigh(f->runs, f->rtol * (largest > 0 ? largest : 1), f->sizes);
 }
 
-/* Runs over a time from x (size) with a value of the parameter, in a number of pieces, 1 to KMP_FLOW_PIECES.
- * KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
-static kempe_status run_flow(kmp_flow *f, const double *x, double time, double value, int pieces)
+kempe_status kmp_flow_run(kmp_flow *f, const double *x, double value, int pieces)
 {
     memcpy(f->values, x, (size_t)f->size * sizeof *x);
     f->values[f->size] = value;
-    for (int k = 0; k <= pieces; k++)
-        f->times[k] = k == pieces ? time : time * k / pieces;
     f->row = 0;
     f->pieces = pieces;
     kmp_slope_runs_set_times(f->runs, pieces + 1, f->times);
     return kmp_slope_runs_at(f->runs, f->values);
 }
 
-/* -- extremes ------------------------------------------------------------------------------------------ */
-
-static double extreme_at(int count, const double *values, ptrdiff_t stride, int at)
+/* Runs over a time from x (size) with a value of the parameter, in a number of pieces, 1 to KMP_FLOW_PIECES.
+ * KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
+static kempe_status run_flow(kmp_flow *f, const double *x, double time, double value, int pieces)
 {
-    double y[5];
-    for (int k = 0; k < 5; k++)
-        y[k] = values[stride * ((at + k - 2 + count) % count)];
-    /* The extreme value near the middle of five values at distances of 1, by Newton's method on the derivative of their
-     * polynomial; the middle one where that leads away. */
-    double d1 = (y[0] - 8 * y[1] + 8 * y[3] - y[4]) / 12, d2 = (-y[0] + 16 * y[1] - 30 * y[2] + 16 * y[3] - y[4]) / 12;
-    double d3 = (-y[0] + 2 * y[1] - 2 * y[3] + y[4]) / 2, d4 = y[0] - 4 * y[1] + 6 * y[2] - 4 * y[3] + y[4];
-    double s = 0;
-    for (int k = 0; k < 6; k++) {
-        double bend = d2 + s * (d3 + s * d4 / 2);
-        if (bend == 0)
-            break;
-        s -= (d1 + s * (d2 + s * (d3 / 2 + s * d4 / 6))) / bend;
-    }
-    return fabs(s) <= 1 ? y[2] + s * (d1 + s * (d2 / 2 + s * (d3 / 6 + s * d4 / 24))) : y[2];
-}
-
-/* The largest and the least value of a periodic quantity with `count` values at `stride`, a period without its end:
- * extremes of the polynomials of fourth degree through the extreme value and its neighbours. */
-static void find_extremes(int count, const double *values, ptrdiff_t stride, double *high, double *low)
-{
-    int most = 0, least = 0;
-    for (int k = 1; k < count; k++) {
-        most = values[stride * k] > values[stride * most] ? k : most;
-        least = values[stride * k] < values[stride * least] ? k : least;
-    }
-    *high = fmax(extreme_at(count, values, stride, most), values[stride * most]);
-    *low = fmin(extreme_at(count, values, stride, least), values[stride * least]);
+    for (int k = 0; k <= pieces; k++)
+        f->times[k] = k == pieces ? time : time * k / pieces;
+    return kmp_flow_run(f, x, value, pieces);
 }
 
 /* -- shooting -------------------------------------------------------------------------------------------- */
@@ -340,13 +312,14 @@ static void take_loads(const kmp_shooting *s, kmp_cycle *c)
     const kempe_sensitivity *rows = s->flow->rows;
     int pieces = s->flow->pieces;
     for (int k = 0; k < s->loads; k++) {
-        double even = 0, odd = 0;
+        double even = 0, odd = 0, largest = 0;
         for (int row = 0; row + 1 < pieces; row += 2) {
+            largest = fmax(largest, fabs(kmp_sensitivity_value(rows, row, s->load[k])));
             even += 2 * kmp_sensitivity_value(rows, row, s->load[k]) / pieces;
             odd += 2 * kmp_sensitivity_value(rows, row + 1, s->load[k]) / pieces;
         }
         c->load[k] = (even + odd) / 2;
-        if (fabs(even - odd) > KMP_CYCLE_MEAN * (fabs(even) + fabs(odd)) + s->flow->rtol * c->high[s->load[k]])
+        if (fabs(even - odd) > KMP_CYCLE_MEAN * (fabs(even) + fabs(odd)) + s->flow->rtol * largest)
             c->load[k] = NAN;
     }
 }
@@ -415,15 +388,6 @@ kempe_status kmp_shooting_finish(kmp_shooting *s, const double *border, kmp_cycl
         c->residual = fmax(c->residual, fabs(f->end[i] - f->begin[i]) / s->scale[i]);
     }
     c->amplitude = fmax(largest_of(f, c->reach, KMP_FLOW_POSITION), largest_of(f, c->reach, KMP_FLOW_STATE));
-    /* Extremes of the outputs; one that advances from period to period has none. */
-    const kempe_sensitivity *rows = s->flow->rows;
-    int pieces = s->flow->pieces;
-    for (int k = 0; k < rows->columns; k++) {
-        find_extremes(pieces, rows->cell + k, (ptrdiff_t)kmp_sensitivity_width(rows), &c->high[k], &c->low[k]);
-        double change = kmp_sensitivity_value(rows, pieces, k) - kmp_sensitivity_value(rows, 0, k);
-        if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
-            c->high[k] = c->low[k] = NAN;
-    }
     take_loads(s, c);
     KMP_TRY(take_multipliers(s, c));
     /* Multipliers on the circle, as far as they are known, decide nothing. */
@@ -437,6 +401,7 @@ kempe_status kmp_shooting_finish(kmp_shooting *s, const double *border, kmp_cycl
     bool grows = c->multipliers > 0 && hypot(c->re[0], c->im[0]) > 1 + noise;
     c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
     KMP_TRY(take_tangent(s, border, c));
+    KMP_TRY(kmp_cycle_take_extremes(s, c));
     *cycle = c;
     return KEMPE_OK;
 }

@@ -50,6 +50,10 @@ kempe_status kmp_flow_new(const kempe_system *system, const char *name, const ch
                           const kempe_run_options *run, int size, const kmp_flow_entry *entry, kmp_flow **flow);
 void kmp_flow_free(kmp_flow *flow);
 
+/** Runs from x (size) with a value of the parameter, with rows at `times`, of which it has `pieces` + 1 that ascend
+ * from 0. KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
+kempe_status kmp_flow_run(kmp_flow *flow, const double *x, double value, int pieces);
+
 /* -- a cycle --------------------------------------------------------------------------------------------- */
 
 /* Limit cycles by shooting: Newton's method for a start x, a period T and a value p of the parameter with

@@ -3,6 +3,7 @@
  * the linear equations at the requested state. The state is checked for equilibrium. */
 #include "analyses/linearize/channels.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "analyses/derivatives/switching_state.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/coordinates.h"
@@ -523,8 +524,9 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
                         "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     KMP_TRY(status);
-    kmp_linear_doubt_state(&c->linear);
+    kmp_linear_doubt_state(&c->linear, true);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
+    KMP_TRY(kmp_linear_settle_switches(&c->linear, true, true));
     KMP_TRY(kmp_slopes_new(c->system, backend->name, count, names, forces || c->outputs.count > 0, &c->slopes));
     KMP_TRY(transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));
     KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));

@@ -2,6 +2,7 @@
 /* Eigenvalues are followed from value to value by an assignment of least cost, with halved
  * steps in cases of doubt. Critical values are bracketed and refined (base/bracket.h). */
 #include "analyses/modes/locus.h"
+#include "analyses/derivatives/switching_state.h"
 #include "base/arena.h"
 #include "base/bracket.h"
 #include "base/context.h"
@@ -123,7 +124,8 @@ kempe_status kmp_operating_family_go(kmp_operating_family *s, double value, kmp_
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
     KMP_TRY(kmp_averaged_judge(s->options.averaged, &s->linear));
     kmp_linear_matrices(&s->linear);
-    kmp_linear_doubt_state(&s->linear);
+    kmp_linear_doubt_state(&s->linear, true);
+    KMP_TRY(kmp_linear_settle_switches(&s->linear, true, true));
     KMP_TRY(kmp_modes_init(modes, &s->linear, s->brief));
     if (!s->options.spare)
         modes->count = modes->spectrum.count = modes->shown;

@@ -474,7 +474,7 @@ double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equati
 {
     const kmp_linear *l = &varied->linear;
     kmp_instant at = kmp_linear_instant(&varied->linear);
-    kmp_linear_doubt_state(l);
+    kmp_linear_doubt_state(l, false);
     const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
     const kmp_sensitivity_equations_row here = {
         .q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
@@ -528,7 +528,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (!f->options->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
-    kmp_linear_doubt_state(&v->linear);
+    kmp_linear_doubt_state(&v->linear, false);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     f->place.t = NAN; /* the place is lost */
     for (int k = 0; k < f->count; k++) {

@@ -562,6 +562,20 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     return holds;
 }
 
+void kmp_tree_watch_table(const kmp_tree *tree, const void *of, int number, const kmp_named_table *table, kmp_ref x,
+                          const char *format, ...)
+{
+    if (!tree->conditions.watches || table->table->count > MOST_KNOTS || !moves(tree->graph, x))
+        return;
+    kmp_ref sign = sign_between_knots(tree->graph, table, 0, x);
+    if (!can_stand(tree, of, number, kmp_less(tree->graph, sign, KMP_ZERO)))
+        return;
+    const kmp_condition condition = {.of = of, .number = number, .kink = true, .rough = true};
+    kmp_text text = {0};
+    KMP_TEXT_ARGUMENTS(&text, format);
+    (void)meet(tree, condition, sign, &text);
+}
+
 void kmp_tree_warn_where_true(const kmp_tree *tree, const void *of, int number)
 {
     const int k = tree->conditions.events ? kmp_events_find(tree->conditions.events, of, number) : -1;

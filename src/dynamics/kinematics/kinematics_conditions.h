@@ -41,6 +41,11 @@ kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
                            const char *advice, const char *format, ...) __attribute__((format(printf, 7, 8)));
 
+/** Steps end at the points of a table that a part of the model uses at x: a step over a short piece would not see it.
+ * Tables of many points are left out. `of`, `number` and the text are as for kmp_tree_condition. */
+void kmp_tree_watch_table(const kmp_tree *tree, const void *of, int number, const kmp_named_table *table, kmp_ref x,
+                          const char *format, ...) __attribute__((format(printf, 6, 7)));
+
 /** A run warns of such a condition, already made, where it holds; it is in the log where it holds at the start, too. */
 void kmp_tree_warn_where_true(const kmp_tree *tree, const void *of, int number);
 

@@ -16,7 +16,7 @@ typedef struct form {
     int count;
     const char **joint;
     double *factor, reference, rest; /* the latter: where the springs of joints are at rest */
-    bool slides;                     /* it is a length */
+    bool slides, mixed;              /* it is a length; it is the sum of a length and an angle */
 } form;
 
 /* -- forms --------------------------------------------------------------------------------------------- */
@@ -47,6 +47,7 @@ static void add_joint(kmp_mjcf *m, form *f, const kmp_element *from, const char 
     if (!j)
         return;
     f->slides = f->count == 0 ? j->slides : f->slides;
+    f->mixed = f->mixed || f->slides != j->slides;
     f->reference += factor * j->reference;
     f->rest += factor * j->rest;
     add_term(m, f, j->own, factor);
@@ -390,7 +391,7 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
         kmp_import_limits(im, e, name, whole_length(m, &t), range[0], range[1]);
     if (kmp_mjcf_numbers(m, &item, "springlength", 1, 2, rest) == 1)
         rest[1] = rest[0];
-    if (rest[0] < 0 && stiffness != 0)
+    if (rest[0] == -1 && rest[1] == -1 && stiffness != 0) /* both are absent; one of them is a length */
         rest[0] = rest[1] = rest_of(m, e, name, &t);
     if (stiffness != 0 || damping != 0)
         add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,
@@ -605,7 +606,7 @@ static void add_actuator(kmp_mjcf *m, const kmp_element *e)
                *name = given ? kmp_import_clean(im, given) : kmp_arena_printf(im->arena, "%s_%s", moved, e->name),
                *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
     kmp_yaml *map = kmp_import_map(im, e->place);
-    if (motor)
+    if (motor && !t.form.mixed)
         kmp_import_word(im, map, e->place, "unit", is_length(&t) ? "N" : "N*m");
     kmp_import_add(im, "inputs", e, input, map);
     add_force(m, e, name, &t, gear[0], law_of(m, &item, &a, &t, gear[0], input));

@@ -153,13 +153,18 @@ static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force
     kmp_wheel_find(tree, wheel, &pose);
     /* Conditions that end runs: the wheel has left its rail's cross-section, the wheel is turned out of its track, or a
      * rigid contact would need tension. */
-    enum { OFF = KMP_WHEEL_ZONES, PULLED, TURNED };
+    enum { OFF = KMP_WHEEL_ZONES, PULLED, TURNED, FAULT };
     const kmp_table *height = wheel->profile->height;
     kmp_ref under = kmp_sub(g, kmp_const(g, wheel->stands), pose.out);
     kmp_ref inner = kmp_sub(g, under, kmp_const(g, height->x[0]));
     kmp_ref outer = kmp_sub(g, kmp_const(g, height->x[height->count - 1]), under);
     kmp_tree_end(tree, wheel, OFF, kmp_binary(g, KMP_OP_MIN, inner, outer), "the contact point is outside its profile",
                  "wheel '%s' left its rail", wheel->name);
+    const kmp_irregularities *all = &kmp_model_track(tree->model, wheel->track)->irregularities;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        if (all->named[k])
+            kmp_tree_watch_table(tree, wheel, FAULT + k, all->named[k], pose.place.along,
+                                 "wheel '%s' at a point of table '%s'", wheel->name, all->named[k]->name);
     kmp_tree_end(tree, wheel, TURNED, kmp_sub(g, pose.axle[1], kmp_const(g, MOST_TURNED)),
                  "its axle, the y axis of its point, must point across the track to the left",
                  "wheel '%s' is not aligned with its rail", wheel->name);
