@@ -188,6 +188,13 @@
 #define KMP_SHARED_ROUNDING 1e-11
 /** Least acceleration of slip in place of rest, over the accelerations without friction: above rounding of forces. */
 #define KMP_SHARED_SLIDES 1e-5
+/** Compliance of contacts that presses them with given forces where rigid ones leave these open, over the inverse
+ * inertia at the contact: errors of forces by it are far below KMP_SHARED_SLIDES. */
+#define KMP_SHARED_SOFT 1e-6
+/** Relative change of forces at which bounds of friction by them fit. */
+#define KMP_SHARED_SETTLED 1e-8
+/** Relative change of forces, levels or rates of contacts since they were examined that counts: rounding is less. */
+#define KMP_SHARED_CHANGED 1e-7
 /** Two elements with this relative gap of d_ik^2 to d_ii d_kk have one place, or multiples of it: rounding. */
 #define KMP_FRICTION_ONE_PLACE 1e-12
 /** Relative change of a force at which levels that depend on multipliers fit: some roundings. */

@@ -51,6 +51,7 @@ typedef struct kmp_friction_element {
     int unlimited;                 /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     bool tries;                    /* a message names it */
     bool shares;                   /* a contact whose force is not unique: shared_contacts.h */
+    bool beside;                   /* a contact that is open, but does not leave its surface: it might press */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;
     double before; /* its friction at the event */
@@ -81,7 +82,7 @@ struct kmp_friction_run {
     double *under;                         /* rest: as `upper`, of the negative force */
     double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
-    double *room;                          /* kmp_disc_room(count) */
+    double *room;                          /* kmp_sharing_room(count) */
     int *side, *rows;
     double *kept; /* 2 n: the state before a decision, which is first only of what has changed; NULL: it is of all */
     kmp_friction_element *kept_element;

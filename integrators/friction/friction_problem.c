@@ -175,7 +175,7 @@ static void list_resting(kmp_friction_run *x, double rate)
     x->locked = -1;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        e->broken = e->implied = e->begins = e->stays = false;
+        e->broken = e->implied = e->begins = e->stays = e->beside = false;
         e->rubs = 0;
         e->still = KMP_FRICTION_STILL * e->size * rate * rate;
     }
@@ -506,8 +506,9 @@ static bool break_across(kmp_friction_run *x, int i)
         return false;
     /* The direction in which slip begins: of its acceleration, or against its force. */
     double size = hypot(x->f[i], x->f[j]);
-    e->sense = size > 0 ? -x->f[i] / size : 1;
-    other->sense = size > 0 ? -x->f[j] / size : 0;
+    const double pace = hypot(x->y[i], x->y[j]);
+    e->sense = size > 0 ? -x->f[i] / size : pace > 0 ? x->y[i] / pace : 1;
+    other->sense = size > 0 ? -x->f[j] / size : pace > 0 ? x->y[j] / pace : 0;
     e->broken = other->broken = true;
     return !before;
 }
@@ -695,14 +696,11 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     return enumerate(x, t, q, qd, rate);
 }
 
-/* Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
-static int friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
+/* Sets up the problem of the elements that are listed: x->a, d, and the levels in x->upper. */
+static int pose_listed(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     int decided = 0;
     bool known = false;
-    list_resting(x, rate);
-    if (x->locked >= 0)
-        return x->site->fail(x->site->self, KMP_FRICTION_LOCKED, t);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     if (x->rest == 0)
         return 0;
@@ -724,6 +722,15 @@ static int friction_pose(kmp_friction_run *x, double t, const double *q, const d
         kmp_friction_set_given(x, e, 0, 0);
     }
     return find_matrix(x, t, q, qd, rate, known, nonlinear);
+}
+
+/* Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
+static int friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
+{
+    list_resting(x, rate);
+    if (x->locked >= 0)
+        return x->site->fail(x->site->self, KMP_FRICTION_LOCKED, t);
+    return pose_listed(x, t, q, qd, rate);
 }
 
 /* True if an element may be regularised, and levels grow so much that there may be several solutions. */
@@ -1145,4 +1152,62 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
     if (status == 0)
         kmp_friction_find_shared(x, t);
     return status;
+}
+
+/* -- between decisions ----------------------------------------------------------------------------------- */
+
+static bool rests_now(const kmp_friction_element *e)
+{
+    return e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED || e->beside;
+}
+
+/* Lists elements with their present modes: what rests, and friction that slips on closed contacts. */
+static void list_present(kmp_friction_run *x, double rate)
+{
+    x->rest = 0;
+    x->partly = false;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        const kmp_friction_element *twin = e->twin >= 0 ? &x->element[e->twin] : e;
+        const bool closed = e->base >= 0 && rests_now(&x->element[e->base]);
+        e->broken = e->beside;
+        e->implied = e->stays = false;
+        e->rubs = 0;
+        e->still = KMP_FRICTION_STILL * e->size * rate * rate;
+        if (!closed && !rests_now(e) && !rests_now(twin))
+            continue;
+        const double v = kmp_friction_at(x, e, KMP_ROLE_RATE) + (e->twin < 0 ? 0 : e->ahead),
+                     other = e->twin < 0 ? 0 : kmp_friction_at(x, twin, KMP_ROLE_RATE) + twin->ahead,
+                     speed = hypot(v, other);
+        if (closed && !rests_now(e) && !rests_now(twin) && speed > kmp_friction_still(x) * e->size * rate) {
+            e->broken = true;
+            e->rubs = e->twin < 0 && v < 0 ? -1 : 1;
+            e->along = e->sense = v / speed;
+        }
+        x->found[x->rest] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
+        x->which[x->rest++] = i;
+    }
+}
+
+KMP_LOCAL bool kmp_friction_may_share(const kmp_friction_run *x)
+{
+    bool more = false, rubs = false;
+    for (int i = 0; i < x->count && !x->past.felt; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        more = more || (e->contact && (e->stance == KMP_FRICTION_CARRIED || e->beside));
+        rubs = rubs || e->base >= 0;
+    }
+    return more && rubs;
+}
+
+KMP_LOCAL int kmp_friction_examine(kmp_friction_run *x, double t, const double *q, const double *qd)
+{
+    const double rate = x->site->pace(x->site->self, qd);
+    list_present(x, rate);
+    for (int k = 0; k < x->rest; k++)
+        kmp_friction_set_given(x, &x->element[x->which[k]], 0, 0);
+    KMP_FRICTION_TRY(pose_listed(x, t, q, qd, rate));
+    memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
+    kmp_friction_find_present(x, t);
+    return 0;
 }

@@ -15,3 +15,10 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
 /** Decides on modes at t and the state (q, qd); rates are made consistent with the rows that are held, and the site is
  * evaluated there. */
 KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q, double *qd);
+
+/** True if contacts share loads with friction, of which it is not reported that the motion depends on how. */
+KMP_LOCAL bool kmp_friction_may_share(const kmp_friction_run *x);
+
+/** Between decisions, with the modes as they are and the values of all conditions at (t, q, qd): reports contacts that
+ * share loads so that the motion depends on how. Modes of elements and inputs of the site are changed. */
+KMP_LOCAL int kmp_friction_examine(kmp_friction_run *x, double t, const double *q, const double *qd);

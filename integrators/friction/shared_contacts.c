@@ -4,16 +4,28 @@
  * that slips from the forces of its contacts, S takes the rows of the others. Combinations N c of these with positive
  * entries or none at contacts without a force span all in which the entry of such a contact is zero, where some y >= 0
  * with y_i = 1 has N'y = 0 (Farkas' lemma). The bodies do not feel v where (F v)' D F v is zero: D = G P G' with the
- * inverse inertia P. */
+ * inverse inertia P.
+ *
+ * Friction at rest is bounded by the forces of its contact. These are N* + Z c >= 0, where Z has the parts of the null
+ * vectors at contacts. If contacts stay at rest with two such forces they do so with all between, since discs are
+ * convex: so the corners of this set are tried. At a corner from which friction does not hold, the motion is decided
+ * with contacts that are compliant by a small part of D and press with these forces. If they move they might as well
+ * have moved. */
 #include "integrators/friction/shared_contacts.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_problem.h"
+#include "linalg/dense/disc_minimum.h"
 #include "linalg/dense/factors.h"
 #include <math.h>
 #include <string.h>
 
 enum { STAYS = -1, FOLLOWS = -2 }; /* in `place` of forces that are not unknown */
+
+enum {
+    MOST_CORNERS = 1000,     /* sets of contacts without a force that are tried */
+    MOST_PASSES_SHARED = 400 /* of the iteration for bounds of friction */
+};
 
 static int *room_for_indices(double **room, int n)
 {
@@ -29,8 +41,8 @@ static double *room_for(double **room, int n)
     return taken;
 }
 
-/* Of the 3 n^2 + 17 n numbers: n^2 + 6 n here, and at most 2 n^2 + 10 n later (list_idle). */
-KMP_LOCAL kmp_sharing kmp_sharing_begin(int n, const double *d, double *room)
+/* Of kmp_sharing_room: n^2 + 7 n here, and the rest later. */
+KMP_LOCAL kmp_sharing kmp_sharing_begin(int n, double *d, double *room)
 {
     kmp_sharing s = {.n = n, .d = d};
     s.place = room_for_indices(&room, n);
@@ -39,14 +51,17 @@ KMP_LOCAL kmp_sharing kmp_sharing_begin(int n, const double *d, double *room)
     s.ratio = room_for(&room, n);
     s.scale = room_for(&room, n);
     s.presses = (bool *)(void *)room_for(&room, n);
+    s.contact = (bool *)(void *)room_for(&room, n);
     s.null = room_for(&room, n * n);
     s.room = room;
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < n; i++) {
         s.place[i] = STAYS;
+        s.contact[i] = false;
+    }
     return s;
 }
 
-KMP_LOCAL void kmp_sharing_add(kmp_sharing *s, int i, bool presses)
+static void add_unknown(kmp_sharing *s, int i, bool presses)
 {
     const double size = s->d[i + i * s->n];
     if (!(size > 0))
@@ -55,6 +70,19 @@ KMP_LOCAL void kmp_sharing_add(kmp_sharing *s, int i, bool presses)
     s->scale[s->count] = 1 / sqrt(size);
     s->presses[s->count] = presses;
     s->place[i] = s->count++;
+}
+
+KMP_LOCAL void kmp_sharing_contact(kmp_sharing *s, int i, bool presses)
+{
+    s->contact[i] = true;
+    add_unknown(s, i, presses);
+}
+
+KMP_LOCAL void kmp_sharing_friction(kmp_sharing *s, int i, int base, double ratio)
+{
+    s->base[i] = base;
+    s->ratio[i] = ratio;
+    add_unknown(s, i, false);
 }
 
 KMP_LOCAL void kmp_sharing_follow(kmp_sharing *s, int i, int base, double ratio)
@@ -198,10 +226,10 @@ KMP_LOCAL bool kmp_sharing_mark(kmp_sharing *s, kmp_friction_run *x, const int *
 {
     for (int i = 0; i < x->count; i++)
         x->element[i].shares = false;
-    const int count = find_null(s);
+    s->nulls = find_null(s);
     bool any = false;
     *felt = false;
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < s->nulls; k++) {
         bool contacts = false;
         for (int i = 0; i < s->count; i++) {
             kmp_friction_element *e = &x->element[which[s->of[i]]];
@@ -234,140 +262,278 @@ static bool is_pressed(const kmp_friction_run *x, int k)
     return e->contact && x->f[k] * x->d[k + k * x->rest] > e->still;
 }
 
-/* The direction of slip, or its component; of slip that begins it follows from the rates that are added. */
-static double slip_of(const kmp_friction_run *x, const kmp_friction_element *e)
+/* The acceleration of place k; *all: the largest of its parts. */
+static double acceleration_of(const kmp_friction_run *x, int k, double *all)
 {
-    if (e->twin < 0 || e->rubs)
-        return e->twin < 0 ? e->sense : e->along;
+    double y = x->a[k];
+    *all = fabs(y);
+    for (int j = 0; j < x->rest; j++) {
+        const double by = x->d[k + j * x->rest] * x->f[j];
+        y += by;
+        *all = fmax(*all, fabs(by));
+    }
+    return y;
+}
+
+/* The direction of slip, or its component; of slip that begins it follows from the rates that are added, or from its
+ * acceleration. Friction of a contact that has opened has no sense any more. */
+static double slip_of(const kmp_friction_run *x, int k)
+{
+    const kmp_friction_element *e = &x->element[x->which[k]];
+    double all;
+    if (e->twin < 0)
+        return e->rubs ? e->rubs : e->sense != 0 ? e->sense : acceleration_of(x, k, &all) < 0 ? -1 : 1;
+    if (e->rubs)
+        return e->along;
     const double size = hypot(e->ahead, x->element[e->twin].ahead);
     return size > 0 ? e->ahead / size : 0;
 }
 
 /* -- slip in place of rest ------------------------------------------------------------------------------ */
 
-/* Slip of all elements of contacts that rest: its unknowns are the forces of `contacts` contacts, by number `of`, then
- * the accelerations of slip of `slips` elements, or pairs of components. */
-typedef struct sliding {
-    const kmp_friction_run *x;
-    int contacts, slips, *of;
-    double *way; /* of each element: the direction of slip, or its component; 0: it does not slip */
-} sliding;
+/* A search among the forces of contacts that share. */
+typedef struct corners {
+    kmp_sharing *s;
+    const kmp_sharing_state *at;
+    double *force;                 /* n: of contacts that are tried */
+    double *f, *y, *lower, *upper; /* n: of a decision with these */
+    double *bound, *own_a, *own_d; /* n: bounds of friction of the last pass; a and the diagonal of D put aside */
+    double *part;                  /* of the null vectors of a group */
+    int *side;                     /* n */
+    int *group, *member, *null_of, *zero; /* s->count: groups by unknown force; contacts and null vectors of a group;
+                                             its contacts without a force */
+    double *room;
+    double least; /* the least acceleration of slip, scaled */
+} corners;
 
-/* The acceleration of place i by the force of contact j and its friction in slip. */
-static double slid_by(const sliding *s, int i, int j)
+/* Keeps null vectors whose parts at contacts are independent. */
+static void keep_independent(kmp_sharing *s)
 {
-    const kmp_friction_run *x = s->x;
-    const double ratio = kmp_friction_at(x, &x->element[x->which[j]], KMP_ROLE_STATIC);
-    double sum = x->d[i + j * x->rest];
-    for (int k = 0; k < x->rest; k++)
-        if (s->way[k] != 0 && x->element[x->which[k]].base == x->which[j])
-            sum -= ratio * s->way[k] * x->d[i + k * x->rest];
-    return sum;
+    const int n = s->count, count = s->nulls;
+    double *room = s->room, *a = room_for(&room, n * count), *pivots = room_for(&room, n);
+    int *r = room_for_indices(&room, n), *c = room_for_indices(&room, n), rank = 0;
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < n; i++)
+            a[i + k * n] = s->contact[s->of[i]] && has_part(s, k, i) ? s->null[i + k * n] : 0;
+    kmp_lu_complete(n, count, a, NULL, r, c, pivots);
+    while (rank < count && pivots[rank] > KMP_FRICTION_RANK * pivots[0])
+        rank++;
+    for (int k = 0; k < rank; k++)
+        memcpy(a + k * n, s->null + c[k] * n, (size_t)n * sizeof *a);
+    memcpy(s->null, a, (size_t)(n * rank) * sizeof *a);
+    s->nulls = rank;
 }
 
-/* The same along the direction of slip of element i and its other component; of contact i by itself. */
-static double slid_along(const sliding *s, int i, int j)
+static bool is_shared(const kmp_sharing *s, int k, int i)
 {
-    const int other = s->x->partner[i];
-    if (s->x->element[s->x->which[i]].contact)
-        return slid_by(s, i, j);
-    return s->way[i] * slid_by(s, i, j) + (other < 0 ? 0 : s->way[other] * slid_by(s, other, j));
+    return s->contact[s->of[i]] && has_part(s, k, i);
 }
 
-/* Accelerations where friction of contacts has no force; accelerations of slip give its directions. False: no contact
- * slides.
- */
-static bool find_ways(sliding *s, double *y, double *room)
+/* Groups of contacts that share with each other have the number of one of their null vectors; -1: it does not share. */
+static void group_contacts(corners *w)
 {
-    const kmp_friction_run *x = s->x;
-    const int n = x->rest;
-    double *f = room_for(&room, n), *lower = room_for(&room, n), *upper = room_for(&room, n);
-    int *side = room_for_indices(&room, n);
-    bool any = false;
-    for (int k = 0; k < n; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        const bool free = e->contact && !e->broken && !e->implied;
-        f[k] = lower[k] = upper[k] = e->base >= 0 || free ? 0 : x->f[k];
-        upper[k] = free ? INFINITY : upper[k];
-    }
-    const kmp_box box = {n, x->d, x->a, lower, upper};
-    if (kmp_box_minimum(&box, f, y, side, room) != KMP_BOX_FOUND)
-        return false;
-    for (int k = 0; k < n; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        const int other = x->partner[k];
-        const double size = other < 0 ? fabs(y[k]) : hypot(y[k], y[other]);
-        const bool slides = e->base >= 0 && !e->broken && !e->implied && size > kmp_friction_rounding(x, k);
-        s->way[k] = slides ? y[k] / size : 0;
-        any = any || slides;
-    }
-    return any;
-}
-
-/* True if contacts that rest could as well slip, with other forces of theirs: all in the direction in which they would
- * slide without friction, the contacts closed. The forces N >= 0 and accelerations s > 0 with A N + a = (0, s) exist
- * where least squares leave nothing. */
-static bool may_slide(const kmp_friction_run *x)
-{
-    const int n = x->rest;
-    double *room = x->room, least = INFINITY, most = 0, open = 0, size = 0;
-    sliding s = {.x = x, .of = room_for_indices(&room, n), .way = room_for(&room, n)};
-    double *y = room_for(&room, n), *right = room_for(&room, n);
-    for (int k = 0; k < n; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        const double ratio = e->contact ? kmp_friction_at(x, e, KMP_ROLE_STATIC) : 0;
-        if (!e->contact || e->broken || e->implied)
-            continue;
-        least = fmin(least, ratio);
-        most = fmax(most, ratio);
-        s.of[s.contacts++] = k;
-    }
-    if (!(least < (1 - KMP_FRICTION_TIE) * most) || !find_ways(&s, y, room))
-        return false; /* equal coefficients have one bound of all */
-    for (int k = 0; k < n; k++)
-        if (s.way[k] != 0 && (x->partner[k] < 0 || x->partner[k] > k || s.way[x->partner[k]] == 0))
-            s.of[s.contacts + s.slips++] = k;
-    const int m = s.contacts + s.slips;
-    double *a = room_for(&room, m * m), *q = room_for(&room, m * m), *z = room_for(&room, m),
-           *slope = room_for(&room, m), *linear = room_for(&room, m), *lower = room_for(&room, m),
-           *far = room_for(&room, m);
-    int *side = room_for_indices(&room, m);
-    for (int i = 0; i < m; i++) {
-        const int k = s.of[i], other = x->partner[k];
-        const double scale = 1 / sqrt(x->d[k + k * n]);
-        right[i] = x->a[k];
-        for (int j = 0; j < n; j++) /* joints that are held */
-            if (x->element[x->which[j]].base < 0 && !x->element[x->which[j]].contact)
-                right[i] += x->d[k + j * n] * x->f[j];
-        right[i] *= i < s.contacts ? scale : scale * s.way[k];
-        if (i >= s.contacts && other >= 0)
-            right[i] += scale * s.way[other] * x->a[other];
-        for (int j = 0; j < m; j++)
-            a[i + j * m] =
-                j < s.contacts ? scale * slid_along(&s, k, s.of[j]) / sqrt(x->d[s.of[j] * (n + 1)]) : -(i == j);
-        size += right[i] * right[i];
-    }
-    for (int j = 0; j < m; j++) {
-        linear[j] = 0;
-        for (int i = 0; i < m; i++) {
-            linear[j] += a[i + j * m] * right[i];
-            q[i + j * m] = 0;
-            for (int k = 0; k < m; k++)
-                q[i + j * m] += a[k + i * m] * a[k + j * m];
+    const kmp_sharing *s = w->s;
+    for (int i = 0; i < s->count; i++)
+        w->group[i] = -1;
+    for (int k = 0; k < s->nulls; k++)
+        for (int i = 0; i < s->count; i++) {
+            const int other = w->group[i];
+            for (int j = 0; j < s->count && is_shared(s, k, i); j++)
+                if (j == i || (other >= 0 && w->group[j] == other))
+                    w->group[j] = k;
         }
-        z[j] = lower[j] = j < s.contacts ? 0 : KMP_SHARED_SLIDES * sqrt(size);
-        far[j] = INFINITY;
+}
+
+/* Bounds of friction by forces of contacts. `part`: of the way from the last bounds. */
+static void bound_friction(corners *w, const double *force, double part)
+{
+    const kmp_sharing *s = w->s;
+    for (int i = 0; i < s->n; i++) {
+        if (s->contact[i])
+            continue;
+        w->lower[i] = w->upper[i] = w->at->f[i];
+        if (s->place[i] != STAYS && s->base[i] >= 0) {
+            w->bound[i] += part * (s->ratio[i] * force[s->base[i]] - w->bound[i]);
+            w->upper[i] = w->bound[i];
+            w->lower[i] = s->place[i] == FOLLOWS ? w->bound[i] : -w->bound[i];
+        } else if (s->place[i] != STAYS) {
+            w->lower[i] = w->at->lower[i];
+            w->upper[i] = w->at->upper[i];
+        }
     }
-    const kmp_box box = {m, q, linear, lower, far};
-    if (kmp_box_minimum(&box, z, slope, side, room) != KMP_BOX_FOUND)
+}
+
+static bool find_motion(corners *w)
+{
+    const kmp_box box = {w->s->n, w->s->d, w->at->a, w->lower, w->upper};
+    return kmp_disc_minimum(&box, w->at->partner, w->f, w->y, w->side, w->room) == KMP_BOX_FOUND;
+}
+
+/* True if friction at rest has an acceleration. */
+static bool slides(const corners *w)
+{
+    const kmp_sharing *s = w->s;
+    for (int i = 0; i < s->n; i++)
+        if (s->place[i] >= 0 && !s->contact[i] && s->scale[s->place[i]] * fabs(w->y[i]) > w->least)
+            return true;
+    return false;
+}
+
+/* True if friction holds with these forces of contacts. */
+static bool holds_with(corners *w)
+{
+    const size_t size = (size_t)w->s->n * sizeof *w->f;
+    memset(w->bound, 0, size);
+    memcpy(w->f, w->at->f, size);
+    bound_friction(w, w->force, 1);
+    for (int i = 0; i < w->s->n; i++)
+        if (w->s->contact[i])
+            w->f[i] = w->lower[i] = w->upper[i] = w->force[i];
+    return find_motion(w) && !slides(w);
+}
+
+/* Decides with contacts that press with these forces where they have no overlap, and are compliant. True: they move, or
+ * that does not settle. */
+static bool moves_with(corners *w)
+{
+    const kmp_sharing *s = w->s;
+    const size_t size = (size_t)s->n * sizeof *w->f;
+    double changed = INFINITY;
+    bool found = true;
+    memset(w->bound, 0, size);
+    memcpy(w->f, w->at->f, size);
+    memcpy(w->own_a, w->at->a, size);
+    for (int i = 0; i < s->n; i++) {
+        w->own_d[i] = s->d[i + i * s->n];
+        if (!s->contact[i])
+            continue;
+        w->f[i] = w->force[i];
+        w->lower[i] = s->place[i] >= 0 ? 0 : w->f[i];
+        w->upper[i] = s->place[i] >= 0 ? INFINITY : w->f[i];
+        s->d[i + i * s->n] += KMP_SHARED_SOFT * w->own_d[i];
+        w->at->a[i] -= KMP_SHARED_SOFT * w->own_d[i] * w->force[i];
+    }
+    for (int pass = 0; pass < MOST_PASSES_SHARED && found && changed > KMP_SHARED_SETTLED; pass++) {
+        double most = 0, all = 0;
+        memcpy(w->force, w->f, size);
+        bound_friction(w, w->force, pass < MOST_PASSES_SHARED / 4 ? 1 : 0.5);
+        found = find_motion(w);
+        for (int i = 0; i < s->n; i++) {
+            most = fmax(most, fabs(w->f[i] - w->force[i]));
+            all = fmax(all, fabs(w->f[i]));
+        }
+        changed = all > 0 ? most / all : 0;
+    }
+    memcpy(w->at->a, w->own_a, size);
+    for (int i = 0; i < s->n; i++)
+        s->d[i + i * s->n] = w->own_d[i];
+    return !found || changed > KMP_SHARED_SETTLED || slides(w);
+}
+
+/* Forces of contacts, none for the contacts `zero`; false: others would pull. */
+static bool find_corner(corners *w, int shares, int nulls)
+{
+    const kmp_sharing *s = w->s;
+    double *room = w->room, *a = room_for(&room, nulls * nulls), most = 0;
+    int *pivot = room_for_indices(&room, nulls);
+    for (int j = 0; j < nulls; j++) {
+        const int i = w->member[w->zero[j]];
+        w->part[j] = -w->at->f[s->of[i]] / s->scale[i];
+        for (int k = 0; k < nulls; k++)
+            a[j + k * nulls] = s->null[i + w->null_of[k] * s->count];
+    }
+    if (kmp_lu_factor(nulls, a, pivot) != 0)
         return false;
-    for (int i = 0; i < m; i++) {
-        double left = right[i];
-        for (int j = 0; j < m; j++)
-            left += a[i + j * m] * z[j];
-        open += left * left;
+    kmp_lu_solve(nulls, a, pivot, 1, w->part);
+    memcpy(w->force, w->at->f, (size_t)s->n * sizeof *w->force);
+    for (int j = 0; j < shares; j++) {
+        const int i = w->member[j];
+        for (int k = 0; k < nulls; k++)
+            w->force[s->of[i]] += s->scale[i] * w->part[k] * s->null[i + w->null_of[k] * s->count];
+        most = fmax(most, fabs(w->force[s->of[i]] / s->scale[i]));
     }
-    return open <= KMP_SHARED_ROUNDING * size;
+    bool presses = most < INFINITY;
+    for (int j = 0; j < shares; j++) {
+        const int i = w->member[j];
+        presses = presses && w->force[s->of[i]] / s->scale[i] >= -KMP_FRICTION_TIE * most;
+        w->force[s->of[i]] = fmax(w->force[s->of[i]], 0);
+    }
+    return presses;
+}
+
+/* The next set of `count` of n numbers in their order; false: it was the last one. */
+static bool next_set(int n, int count, int *set)
+{
+    int k = count - 1;
+    while (k >= 0 && set[k] == n - count + k)
+        k--;
+    if (k < 0)
+        return false;
+    set[k]++;
+    for (int j = k + 1; j < count; j++)
+        set[j] = set[j - 1] + 1;
+    return true;
+}
+
+/* True if a group of contacts might as well move, with the forces of the others as they are. */
+static bool moves_group(corners *w, int group)
+{
+    const kmp_sharing *s = w->s;
+    int shares = 0, nulls = 0;
+    double sets = 1;
+    for (int i = 0; i < s->count; i++)
+        if (w->group[i] == group)
+            w->member[shares++] = i;
+    for (int k = 0; k < s->nulls; k++) {
+        bool among = false;
+        for (int j = 0; j < shares; j++)
+            among = among || is_shared(s, k, w->member[j]);
+        if (among)
+            w->null_of[nulls++] = k;
+    }
+    for (int k = 0; k < nulls; k++) {
+        w->zero[k] = k;
+        sets *= (double)(shares - k) / (k + 1);
+    }
+    long number = 0;
+    const long every = (long)ceil(fmin(sets / MOST_CORNERS, 1e9));
+    do {
+        if (number++ % every == 0 && find_corner(w, shares, nulls) && !holds_with(w) && find_corner(w, shares, nulls) &&
+            moves_with(w))
+            return true;
+    } while (next_set(shares, nulls, w->zero));
+    return false;
+}
+
+KMP_LOCAL bool kmp_sharing_may_move(kmp_sharing *s, const kmp_sharing_state *at)
+{
+    const int n = s->n;
+    double *room = s->room, size = 0;
+    bool bounded = false, moves = false;
+    for (int i = 0; i < n; i++)
+        bounded = bounded || (s->place[i] >= 0 && !s->contact[i] && s->base[i] >= 0);
+    if (!bounded || s->nulls == 0)
+        return false;
+    keep_independent(s);
+    corners w = {.s = s, .at = at};
+    double **const arrays[] = {&w.force, &w.f, &w.y, &w.lower, &w.upper, &w.bound, &w.own_a, &w.own_d, &w.part};
+    int **const indices[] = {&w.side, &w.group, &w.member, &w.null_of, &w.zero};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        *arrays[k] = room_for(&room, n);
+    for (size_t k = 0; k < sizeof indices / sizeof *indices; k++)
+        *indices[k] = room_for_indices(&room, n);
+    w.room = room;
+    for (int i = 0; i < n; i++)
+        size += s->d[i + i * n] > 0 ? at->a[i] * at->a[i] / s->d[i + i * n] : 0;
+    w.least = KMP_SHARED_SLIDES * sqrt(size);
+    group_contacts(&w);
+    for (int k = 0; k < s->nulls && !moves; k++) {
+        bool is_group = false;
+        for (int i = 0; i < s->count; i++)
+            is_group = is_group || w.group[i] == k;
+        moves = is_group && moves_group(&w, k);
+    }
+    return moves;
 }
 
 KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, double t, bool felt)
@@ -379,27 +545,47 @@ KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, d
     kmp_friction_report(x, fact, -1, t, felt);
 }
 
-KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
+/* True for a contact that leaves its surface. */
+static bool leaves(const kmp_friction_run *x, int k)
 {
-    bool carried = false, rubs = false, felt;
-    for (int k = 0; k < x->rest; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        carried = carried || (e->contact && e->stance == KMP_FRICTION_CARRIED);
-        rubs = rubs || e->base >= 0;
-    }
-    if (!carried || x->past.felt || (x->past.shared && !rubs))
-        return;
+    const kmp_friction_element *e = &x->element[x->which[k]];
+    double all;
+    const double y = acceleration_of(x, k, &all);
+    return e->broken && y > fmax(e->still, KMP_FRICTION_ROUNDING * all);
+}
+
+KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
+{
+    bool felt;
     kmp_sharing s = kmp_sharing_begin(x->rest, x->d, x->room);
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, x->rest, x->which) : -1;
-        if (e->implied || (e->broken && base < 0))
+        x->lower[k] = -kmp_friction_bound(x, e, 1);
+        x->upper[k] = kmp_friction_bound(x, e, -1);
+        if (e->implied || (e->contact ? leaves(x, k) : e->broken && base < 0))
             continue;
-        if (e->broken)
-            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, e)));
+        if (e->contact)
+            kmp_sharing_contact(&s, k, !is_pressed(x, k));
+        else if (e->broken)
+            kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_of(x, k)));
         else
-            kmp_sharing_add(&s, k, e->contact && !is_pressed(x, k));
+            kmp_sharing_friction(&s, k, base, base < 0 ? 0 : kmp_sharing_ratio(x, e, -1));
     }
+    const kmp_sharing_state at = {x->a, x->f, x->partner, x->lower, x->upper};
     if (kmp_sharing_mark(&s, x, x->which, &felt))
-        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || (rubs && may_slide(x)));
+        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || kmp_sharing_may_move(&s, &at));
+}
+
+KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
+{
+    bool more = false, rubs = false;
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        e->beside = e->contact && e->broken && !leaves(x, k);
+        more = more || e->beside || (e->contact && e->stance == KMP_FRICTION_CARRIED);
+        rubs = rubs || e->base >= 0;
+    }
+    if (more && !x->past.felt && (rubs || !x->past.shared))
+        kmp_friction_find_present(x, t);
 }

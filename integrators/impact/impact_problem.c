@@ -370,23 +370,31 @@ static void end_sequences(kmp_impact_run *p, double t, double rate)
     }
 }
 
-/* The direction of slip of element k after an impact, or its component; against its friction where it has no rate. */
+/* The direction of slip of element k after an impact, or its component; against its friction where it has no rate. Zero
+ * for both components: it rests. */
 static double slip_after(const kmp_impact_run *p, int k)
 {
     const int other = p->partner[k];
     const double rate = other < 0 ? fabs(p->y[k]) : hypot(p->y[k], p->y[other]);
     const double size = other < 0 ? fabs(p->f[k]) : hypot(p->f[k], p->f[other]);
+    if (p->side[k] == 0) /* within its bound */
+        return 0;
     return rate > rate_rounding(p, k) ? p->y[k] / rate : size > 0 ? -p->f[k] / size : 0;
+}
+
+static bool rests_after(const kmp_impact_run *p, int k)
+{
+    return slip_after(p, k) == 0 && (p->partner[k] < 0 || slip_after(p, p->partner[k]) == 0);
 }
 
 /* Contacts that share impulses are reported where the rates after the impact depend on how. */
 static void find_shared(kmp_impact_run *p, double t)
 {
     kmp_friction_run *x = p->friction;
-    bool slips = false, felt;
+    bool rubs = false, felt;
     for (int k = 0; k < p->count; k++)
-        slips = slips || (p->side[k] != 0 && x->element[p->which[k]].base >= 0);
-    if (!slips || x->past.felt)
+        rubs = rubs || x->element[p->which[k]].base >= 0;
+    if (!rubs || x->past.felt)
         return;
     kmp_sharing s = kmp_sharing_begin(p->count, p->d, p->room);
     for (int k = 0; k < p->count; k++) {
@@ -394,13 +402,18 @@ static void find_shared(kmp_impact_run *p, double t)
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, p->count, p->which) : -1;
         if (p->f[base >= 0 ? base : k] < 0 && (base >= 0 || e->contact))
             continue; /* a contact that is held pulls, for impacts to come */
-        if (p->side[k] != 0 && base >= 0)
+        if (base >= 0 && !rests_after(p, k))
             kmp_sharing_follow(&s, k, base, kmp_sharing_ratio(x, e, slip_after(p, k)));
-        else if (p->side[k] == 0 || !(p->y[k] > rate_rounding(p, k)))
-            kmp_sharing_add(&s, k, e->contact && p->f[k] == 0);
+        else if (base < 0 && p->side[k] != 0 && p->y[k] > rate_rounding(p, k))
+            continue;
+        else if (e->contact)
+            kmp_sharing_contact(&s, k, p->f[k] == 0);
+        else
+            kmp_sharing_friction(&s, k, base, base < 0 ? 0 : kmp_sharing_ratio(x, e, -1));
     }
-    if (kmp_sharing_mark(&s, x, p->which, &felt) && felt)
-        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED_IMPULSES, t, felt);
+    const kmp_sharing_state at = {p->a, p->f, p->partner, p->lower, p->upper};
+    if (kmp_sharing_mark(&s, x, p->which, &felt) && (felt || kmp_sharing_may_move(&s, &at)))
+        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED_IMPULSES, t, true);
 }
 
 KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain)

@@ -278,6 +278,21 @@ static kempe_status set_states(kmp_runner *run, double t)
                    : KEMPE_OK;
 }
 
+/* Records a signal before the start, in parts between the intervals in which functions of time change. */
+static kempe_status add_before(kmp_runner *run, double t, int k)
+{
+    const double delay = run->delays->past->signal[k].delay;
+    double from = t - delay;
+    for (int i = 0; i < run->scales.count; i++) {
+        const double end = run->scales.end[i] - delay;
+        if (!(end > from) || !(end < t))
+            continue;
+        KMP_TRY(add_pieces(run, from, end, true, k, k));
+        from = end;
+    }
+    return add_pieces(run, from, t, true, k, k);
+}
+
 /* The past before the start: as long as the delay. */
 static kempe_status begin_past(kmp_runner *run, double t)
 {
@@ -287,7 +302,7 @@ static kempe_status begin_past(kmp_runner *run, double t)
         kmp_past_signal *signal = &x->past->signal[k];
         signal->jump = KMP_PAST_SMOOTH;
         if (state_of(run, k)->before) {
-            KMP_TRY(add_pieces(run, t - signal->delay, t, true, k, k));
+            KMP_TRY(add_before(run, t, k));
             continue;
         }
         for (int i = 0; i < NODES; i++)

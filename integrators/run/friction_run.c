@@ -12,6 +12,8 @@
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/friction/friction_problem.h"
+#include "integrators/friction/shared_contacts.h"
+#include "integrators/run/run.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/closure.h"
@@ -31,11 +33,14 @@ struct kmp_held_rows {
     kmp_row_links links;
     int *row_of; /* by conditions that hold a row; -1: no coordinate moves it */
     int last;
-    double *entry, *place, t; /* non-zeros of J as if all elements held their rows, at a place (n) and time */
-    double *mode;             /* by conditions: room for modes put aside */
-    double *state;            /* 2 n: room for the state before a decision */
-    bool *out;                /* by rows: of an element that holds none now */
-    bool placed;              /* these are known */
+    double *entry, *place, t;  /* non-zeros of J as if all elements held their rows, at a place (n) and time */
+    double *mode, *entry_mode; /* by conditions: room for modes put aside */
+    double *state;             /* 2 n: room for the state before a decision */
+    double *row;               /* 3 n + m: room for a state between decisions */
+    double *examined;          /* by conditions: values when contacts that share were examined last */
+    bool known_examined;
+    bool *out;   /* by rows: of an element that holds none now */
+    bool placed; /* these are known */
     bool stale;
     kmp_shared_saddle saddle; /* of the rows that are chosen now */
     bool *chosen, known;      /* by conditions: it held a row when the event chose rows, which is so still */
@@ -621,7 +626,9 @@ static bool find_held_rows(kmp_runner *run, const kmp_friction_run *x)
         !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, s->events.count, &held->row_of),
                         KMP_ROOM(bool, s->events.count, &held->before, &held->chosen), KMP_ROOM(bool, s->m, &held->out),
                         KMP_ROOM(double, s->jacobian.count, &held->entry), KMP_ROOM(double, s->n, &held->place),
-                        KMP_ROOM(double, s->events.count, &held->mode), KMP_ROOM(double, 2 * s->n, &held->state)))
+                        KMP_ROOM(double, s->events.count, &held->mode, &held->entry_mode),
+                        KMP_ROOM(double, 2 * s->n, &held->state), KMP_ROOM(double, 3 * s->n + s->m, &held->row),
+                        KMP_ROOM(double, s->events.count, &held->examined)))
         return false;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
@@ -650,7 +657,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element, &x->kept_element),
                         KMP_ROOM(int, count, &x->which, &x->side, &x->partner, &x->rows),
                         KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
-                        KMP_ROOM(double, kmp_disc_room(count), &x->room),
+                        KMP_ROOM(double, kmp_sharing_room(count), &x->room),
                         KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->under, &x->f, &x->y, &x->tried,
                                  &x->aside, &x->found)))
         return NULL;
@@ -727,6 +734,77 @@ kempe_status kmp_friction_settle_changed(kmp_runner *run, double t, double *q, d
     const kempe_status status = kmp_friction_settle(run, t, q, qd);
     run->sticking.friction->kept = NULL;
     return status;
+}
+
+/* True if forces, levels or rates of elements have changed since they were examined; notes them. */
+static bool has_changed(kmp_runner *run)
+{
+    static const kmp_role roles[] = {KMP_ROLE_GIVEN, KMP_ROLE_STATIC, KMP_ROLE_RATE};
+    const kmp_friction_run *x = run->sticking.friction;
+    struct kmp_held_rows *held = run->sticking.held;
+    bool changed = !held->known_examined;
+    for (int r = 0; r < 3; r++) {
+        double most = 0, off = 0;
+        for (int i = 0; i < x->count; i++) {
+            const double now = kmp_friction_at(x, &x->element[i], roles[r]),
+                         then = held->examined[x->element[i].slot + (int)roles[r] - KMP_ROLE_SENSE];
+            most = fmax(most, fmax(fabs(now), fabs(then)));
+            off = fmax(off, fabs(now - then));
+        }
+        changed = changed || off > KMP_SHARED_CHANGED * most;
+    }
+    held->known_examined = true;
+    if (changed)
+        memcpy(held->examined, x->change, (size_t)run->s->events.count * sizeof *held->examined);
+    return changed;
+}
+
+/* Examines a state with separate rows; modes, inputs and rows are then as before. */
+static kempe_status examine(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->sticking.friction;
+    struct kmp_held_rows *held = run->sticking.held;
+    const int count = run->s->events.count;
+    const kmp_partition part = run->part;
+    const kmp_shared_saddle saddle = held->saddle;
+    const bool known = held->known, stale = held->stale;
+    double *mode = held->entry_mode;
+    memcpy(mode, run->eval->conditions.mode, (size_t)count * sizeof *mode);
+    memcpy(x->kept_element, x->element, (size_t)x->count * sizeof *x->element);
+    run->part = (kmp_partition){0};
+    held->saddle = (kmp_shared_saddle){.made = false};
+    held->known = held->placed = false;
+    held->stale = true;
+    kempe_status status = (kempe_status)kmp_friction_examine(x, t, q, qd);
+    for (int i = 0; i < x->count; i++)
+        x->kept_element[i].shares = x->element[i].shares;
+    memcpy(x->element, x->kept_element, (size_t)x->count * sizeof *x->element);
+    for (int k = 0; k < count; k++)
+        put(run, k, mode[k]);
+    kmp_friction_release(run);
+    kmp_partition_free(&run->part);
+    run->part = part;
+    held->saddle = saddle;
+    held->known = known;
+    held->stale = stale;
+    held->placed = false;
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_drop(run->eval, part.m - part.r, part.redundant);
+    if (status == KEMPE_E_FAILED) /* an event that follows decides */
+        forget(run);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+kempe_status kmp_friction_watch_shared(kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->sticking.friction;
+    const int n = run->s->n;
+    if (!x || !kmp_friction_may_share(x))
+        return KEMPE_OK;
+    double *row = run->sticking.held->row;
+    KMP_TRY(kmp_runner_look_inside(run, t, true, row));
+    kmp_eval_all_changes(run->eval, t, row, row + n, row + 2 * n, row + 3 * n, x->change);
+    return has_changed(run) ? examine(run, t, row, row + n) : KEMPE_OK;
 }
 
 void kmp_friction_show(kmp_runner *run, double t, double *row)

@@ -78,5 +78,9 @@ size_t kmp_friction_memory_size(const kmp_events *events);
  * Also without elements. */
 void kmp_friction_renew(kmp_runner *run);
 
+/** After a step to t: examines contacts that share loads, as a decision does. Sharing may begin to count where loads or
+ * levels change without an event. */
+kempe_status kmp_friction_watch_shared(kmp_runner *run, double t);
+
 /** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
 void kmp_friction_show(kmp_runner *run, double t, double *row);

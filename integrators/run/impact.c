@@ -8,6 +8,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
+#include "integrators/friction/shared_contacts.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
@@ -196,7 +197,7 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
     kmp_impact_run *p = x ? &x->run : NULL;
     if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->first, &p->last),
                               KMP_ROOM(bool, most, &p->held), KMP_ROOM(double, most *n, &p->row, &p->way),
-                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_disc_room(most), &p->room),
+                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_sharing_room(most), &p->room),
                               KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
                                        &p->most_friction, &p->deep),
                               KMP_ROOM(double, n, &p->before)))

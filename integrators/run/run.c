@@ -229,6 +229,12 @@ static kempe_status check_growth(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
+static kempe_status interrupt(kmp_runner *run)
+{
+    run->reason = kmp_strdup("interrupted");
+    return KEMPE_STOPPED;
+}
+
 /* Reports progress and checks for interrupts, growth and the bound of work. */
 static kempe_status attend(kmp_runner *run)
 {
@@ -236,10 +242,8 @@ static kempe_status attend(kmp_runner *run)
     const double t = kmp_runner_t(run), from = spec->t_start, parts = fmax(spec->parts, 1); /* one after the other */
     kmp_progress(run->s->context, KMP_PROGRESS_RUN, from + (t - from + spec->part * (spec->t_end - from)) / parts,
                  kmp_run_until(spec), "s");
-    if (kmp_interrupted(run->s->context)) {
-        run->reason = kmp_strdup("interrupted");
-        return KEMPE_STOPPED;
-    }
+    if (kmp_interrupted(run->s->context))
+        return interrupt(run);
     KMP_TRY(check_growth(run, t));
     kmp_text why = {0};
     if (!kmp_work_bound_passed(&run->bounds.now, kmp_runner_tried(run), t, run->spec.t_end, &why) &&
@@ -489,6 +493,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
         status = run->kind->step(run->solver);
+        if (status == KEMPE_E_FAILED && kmp_interrupted(run->s->context))
+            return interrupt(run);
         if (status == KEMPE_E_FAILED)
             status = kmp_runner_rescue(run, t);
     }
@@ -502,6 +508,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
         run->events.t = run->spec.t_end;
     if (status == KEMPE_OK)
         status = note_work(run);
+    if (status == KEMPE_OK)
+        status = kmp_friction_watch_shared(run, kmp_runner_t(run));
     if (status != KEMPE_OK)
         return kmp_runner_give_up(
             run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);

@@ -7,6 +7,7 @@
  * Differential Equations II, 2nd ed., IV.8). The eigenvalues, four at most, are the lanes of the factors. */
 #include "integrators/steppers/collocation_newton.h"
 #include "base/clones.h"
+#include "base/context.h"
 #include "base/simd4.h"
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/collocation_step.h"
@@ -170,6 +171,14 @@ static double collocation_displace(const kmp_collocation *s, int k, double *x)
     return moved - before;
 }
 
+/* A matrix of this number of unknowns may take a part of a second: an interrupt does not wait for its end. */
+enum { LONG = 300 };
+
+static bool is_interrupted(int unknowns, kempe_context *context)
+{
+    return unknowns >= LONG && kmp_interrupted(context);
+}
+
 /* Columns by differences: the first lane is at (t, y), each of the others has one unknown changed. */
 static int differentiate(kmp_collocation *s, double t, const double *y)
 {
@@ -187,7 +196,7 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
             int at = kmp_collocation_unknown(s, c + l - 1);
             by[l] = collocation_displace(s, at, &s->stage[at * w + l]);
         }
-        said = kmp_collocation_evaluate(s, count + 1);
+        said = is_interrupted(columns, s->base.context) ? KMP_HALT : kmp_collocation_evaluate(s, count + 1);
         for (int l = 1; l <= count && said == KMP_GO; l++)
             for (int k = 0; k < s->inner; k++)
                 s->newton.jacobian[(c + l - 1) * s->inner + k] = (f[k * w + l] - f[k * w]) / by[l];
@@ -279,10 +288,12 @@ static KMP_INTO_CLONES void eliminate(int n, int k, const double *of, double *ro
     }
 }
 
-/* LU with partial pivoting, common to the lanes; the diagonal keeps inverses. false: singular. */
-static KMP_CLONES bool factor_lanes(int n, double *lu, int *pivot)
+/* LU with partial pivoting, common to the lanes; the diagonal keeps inverses. false: singular, or interrupted. */
+static KMP_CLONES bool factor_lanes(int n, double *lu, int *pivot, kempe_context *context)
 {
     for (int k = 0; k < n; k++) {
+        if (is_interrupted(n, context))
+            return false;
         int row = pivot[k] = find_pivot(n, k, lu);
         if (row < 0)
             return false;
@@ -358,7 +369,7 @@ static bool collocation_factor(kmp_collocation *s, double h)
     s->base.work.factorizations++;
     fill_lanes(s->inner, s->p, s->table, h, s->newton.jacobian, s->newton.lu);
     s->newton.h_matrix = h;
-    s->newton.factored = factor_lanes(s->inner, s->newton.lu, s->newton.pivot);
+    s->newton.factored = factor_lanes(s->inner, s->newton.lu, s->newton.pivot, s->base.context);
     return s->newton.factored;
 }
 
@@ -367,7 +378,9 @@ kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, doubl
     int said = s->newton.has_jacobian ? KMP_GO : renew_jacobian(s);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    return collocation_factor(s, h) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+    if (collocation_factor(s, h))
+        return KMP_COLLOCATION_TAKEN;
+    return is_interrupted(s->inner, s->base.context) ? KMP_COLLOCATION_HALTED : KMP_COLLOCATION_BAD_ITERATION;
 }
 
 /* -- corrections --------------------------------------------------------------------------------------- */

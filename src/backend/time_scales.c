@@ -316,20 +316,26 @@ static bool find_together(study *s, const double *parameters, const double span[
     return made;
 }
 
-/* Finds the intervals of a signal of time with a delay, where it is recorded and where it acts. False: no memory. */
+/* Finds the intervals of one function of a signal with a delay, from and to some times. False: no memory. */
+static bool find_signal(study s, const kmp_expr *signal, const char *name, const double *parameters,
+                        const double times[2], kmp_arena *arena, kmp_time_scales *found)
+{
+    add(&s, signal, name);
+    return s.count == 0 || !(times[1] > times[0]) || find_together(&s, parameters, times, arena, found);
+}
+
+/* Finds the intervals of a signal of time with a delay, where it is recorded and where it acts, and of the one before
+ * the start, which acts behind it. False: no memory. */
 static bool find_delayed(const kempe_model *model, const kmp_state *state, const double *parameters,
                          const double span[2], kmp_arena *arena, kmp_time_scales *found)
 {
-    const double late[2] = {0, kmp_number_at(&state->delay, parameters)};
-    bool made = true;
-    for (int k = 0; k < 2 && made; k++) {
-        const double times[2] = {span[0], span[1] - late[k]};
-        study s = {.model = model, .which = KMP_TIMED_SHORT, .late = late[k]};
-        add(&s, state->delayed, state->name);
-        if (s.count > 0 && times[1] > times[0])
-            made = find_together(&s, parameters, times, arena, found);
-    }
-    return made;
+    const double delay = kmp_number_at(&state->delay, parameters);
+    study here = {.model = model, .which = KMP_TIMED_SHORT}, later = here;
+    later.late = delay;
+    const double before[2] = {span[0] - delay, fmin(span[0], span[1] - delay)}, acting[2] = {span[0], span[1] - delay};
+    return find_signal(here, state->delayed, state->name, parameters, span, arena, found) &&
+           find_signal(later, state->delayed, state->name, parameters, acting, arena, found) &&
+           find_signal(later, state->before, state->name, parameters, before, arena, found);
 }
 
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,

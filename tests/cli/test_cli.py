@@ -2804,6 +2804,41 @@ class Resume(Case):
         self.assertEqual(self.expect(0, "simulate", self.model(text.replace("MU", "0.1"))).stderr, "")
         self.assertIn("friction makes the motion depend on the forces of redundant contacts", self.expect(5, "simulate", self.model(text.replace("MU", "0.5"))).stderr)
 
+    def test_contacts_at_rest_that_might_as_well_move(self):
+        """A block on four feet holds a torque about the normal as far as its feet press: 1.5 N m is held by the outer feet alone, not by the inner
+        ones. A block on three feet in a plane strikes with a tangential rate that only its middle foot stops."""
+        words = "friction makes the motion depend on the {} of redundant contacts"
+        text = ("kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  b: {joint: {motions: [T1, T2, T3, R3, R2, R1], coordinates: [x, y, z, yaw, pitch, roll], at: ground}, mass: 1, "
+                "inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, points: {A: [1, 0, -0.2], B: [-1, 0, -0.2], C: [0, 0.3, -0.2], D: [0, -0.3, -0.2]}}\ncontacts:\n"
+                + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: z}}, restitution: 0, friction: 0.3}}\n" for k in "ABCD")
+                + "forces: {twist: {on: b, torque: [0, 0, LOAD]}}\nstart: {q: {z: 0.2}}\nrun: {t_end: 0.1, outputs: [q]}\n")
+        self.assertEqual(self.expect(0, "simulate", self.model(text.replace("LOAD", "0.5"))).stderr, "")
+        self.assertIn(words.format("forces"), self.expect(5, "simulate", self.model(text.replace("LOAD", "1.5"))).stderr)
+        text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  b: {joint: {motions: [T1, T2, R3], coordinates: [x, y, a], at: ground}, mass: 3, inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}\n"
+                "contacts:\n" + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: y}}, restitution: 0, friction: {mu}}}\n" for k, mu in (("A", "MU"), ("B", 0.5), ("C", "MU")))
+                + "start: {q: {y: 0.1}, qd: {x: 0.01}}\nrun: {t_end: 0.2, outputs: [q]}\n")
+        self.assertEqual(self.expect(0, "simulate", self.model(text.replace("MU", "0.5"))).stderr, "")
+        self.assertIn(words.format("impulses"), self.expect(5, "simulate", self.model(text.replace("MU", "0"))).stderr)
+
+    def test_contacts_that_share_within_a_phase(self):
+        """Loads that grow without an event: on three feet in a plane, one of which has more friction; a block on four feet, two of which carry
+        nothing, turns about the others where those might press as well."""
+        words = "friction makes the motion depend on the forces of redundant contacts"
+        plane = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                 "  b: {joint: {motions: [T1, T2, R3], coordinates: [x, y, a], at: ground}, mass: 1, inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0.1, 0, 0], C: [1, 0, 0]}}\n"
+                 "contacts:\n" + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: y}}, restitution: 0, friction: {mu}}}\n" for k, mu in (("A", 0.1), ("B", 0.5), ("C", 0.1)))
+                 + "forces: {push: {at: b.B, force: [\"LOAD*t\", 0, 0]}}\nrun: {t_end: 1, outputs: [q]}\n")
+        space = ("kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                 "  b: {joint: {motions: [T1, T2, T3, R3, R2, R1], coordinates: [x, y, z, yaw, pitch, roll], at: ground}, mass: 1, "
+                 "inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, points: {A: [1, 0, -0.2], B: [-1, 0, -0.2], C: [0, 0.3, -0.2], D: [0, -0.3, -0.2]}}\ncontacts:\n"
+                 + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: z}}, restitution: 0, friction: 0.3}}\n" for k in "ABCD")
+                 + "forces: {twist: {on: b, torque: [0, 0, LOAD*t]}}\nstart: {q: {z: 0.2}}\nrun: {t_end: 1, outputs: [q]}\n")
+        for text, little, much in ((plane, "0.9", "2"), (space, "0.8", "1.5")):
+            self.assertEqual(self.expect(0, "simulate", self.model(text.replace("LOAD", little))).stderr, "")
+            self.assertIn(words, self.expect(5, "simulate", self.model(text.replace("LOAD", much))).stderr)
+
     def test_friction_by_a_load_that_is_not_unique(self):
         """A door on two hinges, with friction by the load of one of them: no study with forces trusts it, and studies of positions do."""
         model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {m: 2}\nground: {points: {H1: [0, 0, 0], H2: [0, 0, 0.5]}}\n"

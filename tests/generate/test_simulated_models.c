@@ -30,8 +30,8 @@
  * others at one time, kinks; friction that sticks: with a screw and a control, at rest under a load that varies, in two
  * loops that are redundant, with a level by reactions, in a guide, of several elements, on a driven belt; rigid
  * contacts: with a stop, feet, slip that rolls, rows between rates, rebounds that accumulate, two that strike at one
- * time, in a sphere, of a loop, at a wall, on a cam, in slots, on a polygon, on teeth; flexible bodies with a taper,
- * from a static start, in mean axes. */
+ * time, one at the instant of an event of a state, in a sphere, of a loop, at a wall, on a cam, in slots, on a polygon,
+ * on teeth; flexible bodies with a taper, from a static start, in mean axes. */
 static const struct {
     const char *folder, *name;
     double time;
@@ -81,6 +81,7 @@ static const struct {
               {NULL, "contact_polygon", 1.4, 0},
               {NULL, "contact_teeth", 0.4, 0},
               {NULL, "closed_arm", 2, 1},
+              {NULL, "contact_noted", 0.8, 0},
               {NULL, "tapered_arm", 0.5, 0},
               {NULL, "floating_beam", 0.1, 0}};
 

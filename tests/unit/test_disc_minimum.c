@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-enum { MOST = 8, ROOM = 3 * MOST * MOST + 20 * MOST };
+enum { MOST = 8, ROOM = 4 * MOST * MOST + 28 * MOST };
 
 typedef struct problem {
     int n, partner[MOST];
@@ -128,7 +128,7 @@ static void groups(void)
 {
     enum { COUNT = 3, EACH = 4, ALL = COUNT * EACH };
     double x[ALL], y[ALL], d[ALL * ALL], a[ALL], lower[ALL], upper[ALL];
-    double room[3 * ALL * ALL + 20 * ALL];
+    double room[4 * ALL * ALL + 28 * ALL];
     int side[ALL], partner[ALL];
     CHECK(sizeof room / sizeof *room >= (size_t)kmp_disc_room(ALL));
     random_seed(17);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The runtime of generated simulators, on equations written by hand whose motions have closed forms. */
 #include "exchange/simulator/kempe_simulator.h"
-#include "linalg/dense/disc_minimum.h"
+#include "integrators/friction/shared_contacts.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 
@@ -797,7 +797,7 @@ static void memory_is_counted(void)
 static void room_of_decisions(void)
 {
     for (int n = 1; n < 50; n++) {
-        const int minimum = n * n + kmp_disc_room(n);
+        const int minimum = n * n + kmp_sharing_room(n);
         CHECK(KEMPE_SIMULATOR_FRICTION_ROOM(0, n) >= 11 * n + minimum);
         CHECK(KEMPE_SIMULATOR_FRICTION_ROOM(0, n) + KEMPE_SIMULATOR_CONTACTS(0, n) >= 16 * n + minimum);
     }

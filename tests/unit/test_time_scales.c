@@ -161,6 +161,7 @@ static void pulses_elsewhere(void)
     } cases[] = {{"algebraic: {z: t - 5.03}\n", "exp(-(z/w)^2)/w", 1},
                  {"algebraic: {y: t - 5.03, z: y/w}\n", "exp(-z^2)/w", 1},
                  {"states: {v: {delay: 'exp(-((t - 5.03)/w)^2)/w', time: 2}}\n", "v", 1},
+                 {"states: {v: {delay: '0*t', time: 7, before: 'exp(-((t + 2.03)/w)^2)/w'}}\n", "v", 1},
                  {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\n", "exp(-(u/w)^2)/w", 10 / 2.03},
                  {"inputs: {u: {t: [0, 10], value: [-1.03, 1], method: linear}}\nalgebraic: {z: u/w}\n", "exp(-z^2)/w",
                   10 / 2.03}};

@@ -435,7 +435,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     (void)yp;
     if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
         return KMP_HALT;
-    const bool changes = f->resets.count > 0 || jump || kmp_forward_charts_differ(f, f->place.chart) ||
+    const bool changes = f->resets.count > 0 || jump || kmp_forward_charts_differ(f) ||
                          memcmp(f->mode, kmp_forward_eval(f)->conditions.mode, kmp_forward_mode_bytes(f)) != 0;
     double *all = changes && f->options->alone ? kmp_forward_map_begin(f, t, y) : y;
     if (!all || kmp_forward_pass_changes(f, t, q, qd, jump, all) != KMP_GO)

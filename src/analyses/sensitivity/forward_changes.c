@@ -261,5 +261,5 @@ int kmp_forward_pass_changes(kmp_forward_formulation *f, double t, const double 
     if (kmp_forward_first_other_mode(f, kmp_forward_eval(f)->conditions.mode) >= 0 &&
         pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
-    return kmp_forward_charts_differ(f, f->place.chart) ? pass_charts(f, t, q, qd, y) : KMP_GO;
+    return kmp_forward_charts_differ(f) ? pass_charts(f, t, q, qd, y) : KMP_GO;
 }

@@ -169,9 +169,6 @@ int kmp_forward_arrive_after_event(kmp_forward_formulation *f, const kmp_formula
     memcpy(f->times.swing, f->event.swing, (size_t)f->count * sizeof *f->times.swing);
     kmp_event_times_note(&f->times, f->mode, start->eval->conditions.mode, start->t, f->event.cause);
     memcpy(f->mode, start->eval->conditions.mode, kmp_forward_mode_bytes(f));
-    if (kmp_forward_charts_differ(f, start->eval->chart))
-        return kmp_forward_halt(f, "a spherical joint is centred at an event, t = %.9g: derivatives end there",
-                                start->t);
     if (!f->event.passing)
         kmp_forward_begin_terms(f);
     if (f->count > 0 && (event->impact || event->switched) && kmp_forward_strike(f, start) != KMP_GO)

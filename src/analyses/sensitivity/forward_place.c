@@ -66,7 +66,7 @@ void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const
     memcpy(place->qd, qd, (size_t)f->n * sizeof *qd);
 }
 
-bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart)
+bool kmp_forward_charts_differ(const kmp_forward_formulation *f)
 {
-    return memcmp(chart, kmp_forward_eval(f)->chart, kmp_forward_chart_bytes(f)) != 0;
+    return memcmp(f->place.chart, kmp_forward_eval(f)->chart, kmp_forward_chart_bytes(f)) != 0;
 }

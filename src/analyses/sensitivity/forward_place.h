@@ -28,5 +28,5 @@ void kmp_forward_pack(struct kmp_forward_formulation *f, double *y);
 /** Converts the place to the evaluator's charts, in which it is (q, qd). */
 void kmp_forward_enter_charts(struct kmp_forward_formulation *f, const double *q, const double *qd);
 
-/** True if the evaluator's charts are others. */
-bool kmp_forward_charts_differ(const struct kmp_forward_formulation *f, const double *chart);
+/** True if the evaluator's charts are not the charts of the place. */
+bool kmp_forward_charts_differ(const struct kmp_forward_formulation *f);

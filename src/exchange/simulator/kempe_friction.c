@@ -4,6 +4,7 @@
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_problem.h"
+#include "integrators/friction/shared_contacts.h"
 #include "integrators/impact/impact_inside.h"
 #include "integrators/impact/impact_problem.h"
 #include <stddef.h>
@@ -87,7 +88,7 @@ int kempe_friction_settle(const kempe_friction *friction, double *kept, double *
     x.side = take_indices(&room, n);
     x.partner = take_indices(&room, n);
     x.d = take_room(&room, n * n);
-    x.room = take_room(&room, kmp_disc_room(n));
+    x.room = take_room(&room, kmp_sharing_room(n));
     x.change = room;
     int status = kmp_friction_settle_modes(&x, t, q, qd);
     memcpy(kept, &x.past, sizeof x.past);
@@ -114,7 +115,7 @@ static kmp_impact_run impacts_in(kmp_friction_run *x, double *room, const kmp_im
     p.row = take_room(&room, most * n);
     p.way = take_room(&room, most * n);
     p.d = take_room(&room, most * most);
-    p.room = take_room(&room, kmp_disc_room(most));
+    p.room = take_room(&room, kmp_sharing_room(most));
     p.before = take_room(&room, n);
     x->change = room;
     return p;

@@ -354,7 +354,7 @@ typedef struct kempe_simulator {
 
 /* Friction that sticks: numbers of its state, past and present; numbers of a decision. */
 #define KEMPE_SIMULATOR_FRICTION_STATE(elements)            (8 + 24 * (elements))
-#define KEMPE_SIMULATOR_FRICTION_ROOM(conditions, elements) ((elements) * (4 * (elements) + 30) + (conditions))
+#define KEMPE_SIMULATOR_FRICTION_ROOM(conditions, elements) ((elements) * (6 * (elements) + 60) + (conditions))
 
 /** Numbers that friction that sticks adds to the memory of a simulator: its state twice, rows held, and decisions. */
 #define KEMPE_SIMULATOR_FRICTION(n, m, f, conditions, elements)                                                        \

@@ -94,21 +94,6 @@ static bool flip_modes(kempe_simulator *s, double t)
     return true;
 }
 
-/* Conditions, states that are due, and the conditions that these change, which may be events of other states. */
-static kempe_simulator_status settle_states(kempe_simulator *s, double t, double *y, bool *changed)
-{
-    kempe_simulator_status status = settle_modes(s, t, y, true, changed);
-    bool more = meets_events(s) || kmp_sample_is_due(next_sample(s), t);
-    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= s->equations->discrete.states; pass++) {
-        bool any = false;
-        *changed = take_samples(s, t) || *changed;
-        pack_y(s, s->part.q, s->part.qd, y);
-        status = settle_modes(s, t, y, true, &any);
-        more = meets_events(s);
-    }
-    return status;
-}
-
 /* Impacts and the modes of friction after all others, which are decided again without the rows that it holds. Modes
  * stay where nothing has changed. */
 static kempe_simulator_status decide_friction(kempe_simulator *s, double t, double *y, const occasion *at,
@@ -128,6 +113,28 @@ static kempe_simulator_status decide_friction(kempe_simulator *s, double t, doub
     if (status == KEMPE_SIMULATOR_GOES)
         status = strike_contacts(s, t);
     return status == KEMPE_SIMULATOR_GOES ? settle_friction(s, t, y, at->still) : status;
+}
+
+/* Conditions, impacts and friction; then states that are due at the state behind these, and what they change, which may
+ * be events of other states. */
+static kempe_simulator_status settle_states(kempe_simulator *s, double t, double *y, const occasion *at, bool *changed)
+{
+    const kempe_equations *e = s->equations;
+    const occasion later = {false, at->still};
+    kempe_simulator_status status = settle_modes(s, t, y, true, changed);
+    if (e->friction && status == KEMPE_SIMULATOR_GOES)
+        status = decide_friction(s, t, y, at, changed);
+    bool more = meets_events(s) || kmp_sample_is_due(next_sample(s), t);
+    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= e->discrete.states; pass++) {
+        bool any = false, taken = take_samples(s, t);
+        *changed = taken || *changed;
+        pack_y(s, s->part.q, s->part.qd, y);
+        status = settle_modes(s, t, y, true, &any);
+        if (e->friction && status == KEMPE_SIMULATOR_GOES)
+            status = decide_friction(s, t, y, &later, &taken);
+        more = meets_events(s);
+    }
+    return status;
 }
 
 /* Decides at t, at the placed state before: the event of the last step, conditions, states that are due, friction.
@@ -151,9 +158,7 @@ static kempe_simulator_status pass_instant(kempe_simulator *s, double t, double 
     copy(e->coordinates, part->qd, part->dqd);
     if (at.event && !flip_modes(s, t))
         return KEMPE_SIMULATOR_FAILED;
-    status = settle_states(s, t, y, changed);
-    if (e->friction && status == KEMPE_SIMULATOR_GOES)
-        status = decide_friction(s, t, y, &at, changed);
+    status = settle_states(s, t, y, &at, changed);
     pack_y(s, part->q, part->qd, y);
     return status;
 }

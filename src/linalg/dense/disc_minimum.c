@@ -2,22 +2,26 @@
 /* Each disc has a multiplier s >= 0 of |x|^2/2: the minimum in a box with s on the diagonal of D is the minimum in the
  * disc if |x| is its radius, or s = 0 and |x| is less. The reciprocal of |x| is nearly linear in s, and found by false
  * position (as the secular equation of More and Sorensen 1983). One disc after the other is treated so, until none
- * changes: the ascent of the dual function, which is concave. If D is singular on several discs, their x are not
+ * changes: the ascent of the dual function, which is concave. If discs push each other this takes many rounds:
+ * Newton's method then finds all multipliers at once. If D is singular on several discs, their x are not
  * unique, and one may push another out of its disc without an end. Then a sequence of regular problems is solved, each
  * near the solution of the last one (Rockafellar 1976). */
 #include "linalg/dense/disc_minimum.h"
 #include "base/bracket.h"
+#include "linalg/dense/factors.h"
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
-enum { LEAST_GROUPED = 4, SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300 };
+enum { LEAST_GROUPED = 4, SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300, ALONE = 8 };
 
-#define ROUND 4e-15 /* |x| over the radius, less 1, that is rounding */
-#define ROUGH 1e-9  /* the same where D is nearly singular, or the minimum of the box keeps to its bound by rounding */
-#define FINE  1e-16 /* of a multiplier */
-#define NEAR  0.1   /* of the diagonal of D */
-#define LEAST 1e-10 /* of the diagonal of D: the first guess of a multiplier */
+#define ROUND  4e-15 /* |x| over the radius, less 1, that is rounding */
+#define ROUGH  1e-9  /* the same where D is nearly singular, or the minimum of the box keeps to its bound by rounding */
+#define FINE   1e-16 /* of a multiplier */
+#define NEAR   0.1   /* of the diagonal of D */
+#define LEAST  1e-10 /* of the diagonal of D: the first guess of a multiplier */
+#define ENOUGH 0.8   /* of the largest error is left by a step of Newton's method that helps */
+#define RIDGE  1e-13 /* of the diagonal of D: where it is singular, but for its multipliers */
 
 typedef struct discs {
     const kmp_box *box;
@@ -28,8 +32,8 @@ typedef struct discs {
     double *rough;         /* n, of the first entry of a pair: |x| over the radius, less 1, at multipliers that
                               differ only by rounding; 0: not above ROUND */
     int *side;
-    double *room;
-    double near; /* part of the diagonal of D that keeps x near to `last` */
+    double *room, *together; /* of a minimum in a box; of Newton's method */
+    double near;             /* part of the diagonal of D that keeps x near to `last` */
     kmp_box_outcome outcome;
 } discs;
 
@@ -56,13 +60,18 @@ static void solve_box(discs *w)
         w->outcome = kmp_box_minimum(&w->with, w->x, w->y, w->side, w->room);
 }
 
-/* Solves with this multiplier; negative where it is too small. */
-static double solve_with(discs *w, int i, double s)
+static void set_multiplier(discs *w, int i, double s)
 {
     int n = w->box->n, j = w->partner[i];
     w->s[i] = s;
     w->d[i + i * n] = w->box->d[i + i * n] + w->near * w->box->d[i + i * n] + s;
     w->d[j + j * n] = w->box->d[j + j * n] + w->near * w->box->d[j + j * n] + s;
+}
+
+/* Solves with this multiplier; negative where it is too small. */
+static double solve_with(discs *w, int i, double s)
+{
+    set_multiplier(w, i, s);
     solve_box(w);
     double ratio = 1 + beyond_disc(w, i);
     return ratio > 0 ? 1 / ratio - 1 : 1;
@@ -120,20 +129,110 @@ static bool agree(const discs *w)
     return all;
 }
 
-/* Settles all pairs. */
+/* The largest distance of x from its circle, where a multiplier puts it there, or beyond; over the radius. */
+static double largest_error(const discs *w)
+{
+    double most = 0;
+    for (int i = 0; i < w->box->n; i++)
+        if (is_disc(w, i)) {
+            const double error = w->s[i] > 0 ? fabs(beyond_disc(w, i)) : fmax(beyond_disc(w, i), 0);
+            most = error <= most ? most : error; /* also where it is not a number */
+        }
+    return most;
+}
+
+/* The change of 1/|x| of the discs `on` by their multipliers, count x count: x'Kx / |x|^3, K the inverse of D with
+ * the multipliers on the entries inside. False: it is singular. */
+static bool find_slopes_of_discs(discs *w, int count, const int *on, double *slope, double *room)
+{
+    const int n = w->box->n;
+    double *factors = w->room, *change = room;
+    int *pivot = (int *)(void *)(room + n), *inside = (int *)(void *)(room + 2 * n), many = 0;
+    for (int i = 0; i < n; i++)
+        if (w->side[i] == 0 && w->box->lower[i] < w->box->upper[i])
+            inside[many++] = i;
+    for (int k = 0; k < many; k++) {
+        for (int l = 0; l < many; l++)
+            factors[l + k * many] = w->d[inside[l] + inside[k] * n];
+        factors[k + k * many] += RIDGE * w->box->d[inside[k] * (n + 1)];
+    }
+    if (kmp_lu_factor(many, factors, pivot) != 0)
+        return false;
+    for (int k = 0; k < count; k++) {
+        const int i = on[k], j = w->partner[i];
+        for (int l = 0; l < many; l++)
+            change[l] = inside[l] == i || inside[l] == j ? w->x[inside[l]] : 0;
+        kmp_lu_solve(many, factors, pivot, 1, change);
+        for (int m = 0; m < count; m++) {
+            const double size = hypot(w->x[on[m]], w->x[w->partner[on[m]]]);
+            double sum = 0;
+            for (int l = 0; l < many; l++)
+                if (inside[l] == on[m] || inside[l] == w->partner[on[m]])
+                    sum += w->x[inside[l]] * change[l];
+            slope[m + k * count] = sum / (size * size * size);
+        }
+    }
+    return true;
+}
+
+/* A step of Newton's method for the multipliers of all discs on or beyond their circle. False: it does not help, and
+ * all is as before. */
+static bool settle_together(discs *w)
+{
+    const int n = w->box->n;
+    double *room = w->together, *x = room, *s = x + n, *step = s + n, *rest = step + n, *slope = rest + 3 * n;
+    int *on = (int *)(void *)(slope + n * n / 4), count = 0;
+    const double error = largest_error(w);
+    memcpy(x, w->x, (size_t)n * sizeof *x);
+    memcpy(s, w->s, (size_t)n * sizeof *s);
+    for (int i = 0; i < n; i++) {
+        const double beyond = is_disc(w, i) ? beyond_disc(w, i) : -1;
+        if (!is_disc(w, i) || !(s[i] > 0 || beyond > ROUND) || !(beyond > -1))
+            continue;
+        step[count] = (1 - 1 / (1 + beyond)) / w->box->upper[i];
+        on[count++] = i;
+    }
+    int *pivot = (int *)(void *)rest;
+    if (!find_slopes_of_discs(w, count, on, slope, rest) || kmp_lu_factor(count, slope, pivot) != 0)
+        return false;
+    kmp_lu_solve(count, slope, pivot, 1, step);
+    for (int k = 0; k < count; k++)
+        set_multiplier(w, on[k], fmax(s[on[k]] + step[k], 0));
+    solve_box(w);
+    const double left = w->outcome == KMP_BOX_FOUND ? largest_error(w) : INFINITY;
+    if (left <= error * ENOUGH)
+        return true;
+    w->outcome = KMP_BOX_FOUND;
+    memcpy(w->x, x, (size_t)n * sizeof *x);
+    for (int k = 0; k < count; k++)
+        set_multiplier(w, on[k], s[on[k]]);
+    for (int i = 0; i < n && error <= ROUGH; i++) /* of rounding */
+        w->rough[i] = fmax(w->rough[i], error);
+    return false;
+}
+
+/* Settles all pairs, from multipliers that are near where `near` is given. */
 static void sweep(discs *w, int most)
 {
     int n = w->box->n;
+    const int alone = w->near > 0 ? 0 : ALONE;
     w->outcome = KMP_BOX_FOUND;
     memcpy(w->d, w->box->d, (size_t)(n * n) * sizeof *w->d);
-    memset(w->s, 0, (size_t)n * sizeof *w->s);
     memset(w->rough, 0, (size_t)n * sizeof *w->rough);
     for (int i = 0; i < n; i++) {
         w->d[i + i * n] += w->near * w->box->d[i + i * n];
         w->a[i] = w->box->a[i] - w->near * w->box->d[i + i * n] * w->last[i];
     }
+    for (int i = 0; i < n; i++)
+        if (is_disc(w, i))
+            set_multiplier(w, i, w->near > 0 ? w->s[i] : 0);
     solve_box(w);
     for (int sweep = 0; w->outcome == KMP_BOX_FOUND && !agree(w); sweep++) {
+        bool helps = sweep >= alone && sweep < most;
+        while (helps && !agree(w))
+            helps = settle_together(w);
+        if (helps || agree(w))
+            break;
         w->outcome = sweep == most ? KMP_BOX_UNSETTLED : KMP_BOX_FOUND;
         for (int i = 0; i < n; i++)
             if (is_disc(w, i))
@@ -145,6 +244,7 @@ static void sweep(discs *w, int most)
 static void approach(discs *w)
 {
     memset(w->last, 0, (size_t)w->box->n * sizeof *w->last);
+    memset(w->s, 0, (size_t)w->box->n * sizeof *w->s);
     w->near = NEAR;
     for (int k = 0; k < MOST_MOVES; k++) {
         sweep(w, MOST_SWEEPS);
@@ -184,6 +284,7 @@ static kmp_box_outcome minimum_of_one(const kmp_box *box, const int *partner, do
     w.a = w.s + n;
     w.last = w.a + n;
     w.rough = w.last + n;
+    w.together = w.rough + n;
     w.with = *box;
     w.with.d = w.d;
     w.with.a = w.a;

@@ -6,10 +6,11 @@
 
 #include "linalg/dense/box_minimum.h"
 
-/** Number of doubles of `room`: for the groups of the entries, and for the problem of the largest. */
+/** Number of doubles of `room`: for the groups of the entries, for the problem of the largest, and for Newton's method.
+ */
 static inline int kmp_disc_room(int n)
 {
-    return n + (n * n + 8 * n) + (kmp_box_room(n) + n * n + 4 * n);
+    return n + (n * n + 8 * n) + (kmp_box_room(n) + n * n + 4 * n) + (n * n / 4 + 8 * n);
 }
 
 /** As kmp_box_minimum. `partner` (n): the other entry of a disc, whose radius is the upper bound of both and whose

@@ -320,8 +320,8 @@ static kempe_status read_text(const kempe_system *system, const char *path, cons
     else if (status == KEMPE_OK && head.s && strncmp(text, head.s, length_to_start(head.s)) == 0 &&
              strncmp(text, head.s, strcspn(head.s, "\n") + 1) != 0)
         status = kmp_complain(system->context, path, 1, 1,
-                              "the checkpoint is of this model from another start: give the start that it has, or run "
-                              "from the start");
+                              "the checkpoint is of this model from another start: give the start that it has (--at, "
+                              "--set), or run from the start");
     else if (status == KEMPE_OK && head.s && strncmp(text, head.s, head.length) != 0)
         status = kmp_complain(
             system->context, path, 1, 1,
