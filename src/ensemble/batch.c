@@ -254,6 +254,28 @@ static const char *again_name(const kempe_ensemble_result *b, int k)
     return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
 }
 
+/* A model without a length has no size that small motions could be compared with: each instance is judged by the way
+ * from its start to its end. NULL without an error: the model has a size. */
+static double *visible_of(const kempe_ensemble_result *b, const kmp_run_spec *spec, int cases, const int *instance,
+                          kmp_arena *arena)
+{
+    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
+    const int n = b->n;
+    if (kmp_system_length_scale(system->model).length > 0)
+        return NULL;
+    double *visible = KMP_ARENA_NEW(arena, double, (ptrdiff_t)cases *n);
+    for (int i = 0; visible && i < cases; i++) {
+        const double *start = b->starts + (ptrdiff_t)2 * instance[i] * n;
+        for (int k = 0; k < n; k++) {
+            const bool state = k >= kmp_model_coordinates(system->model);
+            const double *end = (state ? kempe_ensemble_result_qd : kempe_ensemble_result_q)(b, instance[i]);
+            const double begun = start[state ? n + k : k], way = fabs(end[k] - (isnan(begun) ? 0 : begun));
+            visible[(ptrdiff_t)i * n + k] = kmp_visible_difference(system, spec, false, k, way);
+        }
+    }
+    return visible;
+}
+
 static kempe_status check_again(kempe_ensemble_result *b, const kmp_run_spec *spec,
                                 const kmp_ensemble_execution *execution)
 {
@@ -266,10 +288,16 @@ static kempe_status check_again(kempe_ensemble_result *b, const kmp_run_spec *sp
         if (b->results[k].status == KEMPE_OK)
             instance[cases++] = k;
     repeat r = {b, spec, execution, instance};
+    const double *visible = status == KEMPE_OK ? visible_of(b, spec, cases, instance, &arena) : NULL;
+    status = status == KEMPE_OK && arena.failed ? kmp_fail_memory(context) : status;
+    const kmp_repeat again = {
+        .context = context, .rtol = spec->rtol, .visible = visible, .numbers = b->n, .user = &r, .run = run_again};
     if (status == KEMPE_OK && cases > 0)
-        status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, NULL, &r, run_again}, cases, found);
-    for (int k = 0; status == KEMPE_OK && k < cases; k++)
+        status = kmp_convergence_of(&again, cases, found);
+    for (int k = 0; status == KEMPE_OK && k < cases; k++) {
         b->again[instance[k]] = found[k];
+        b->again[instance[k]].visible = NULL;
+    }
     kmp_arena_free(&arena);
     return status;
 }

@@ -182,7 +182,7 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
                                      .rtol = rtol,
                                      .limit = limit,
                                      .reported = reported,
-                                     .visible = visible,
+                                     .visible = visible ? visible + which[k] * r->numbers : NULL,
                                      .t = r->t_start,
                                      .until = r->t_start,
                                      .stopped = NAN};
@@ -485,21 +485,26 @@ static double visible_of(double range, double size, bool known, const kmp_run_sp
     return fmax(KMP_VISIBLE * range, fmin(NEAR * spec->atol, NEAREST) * size);
 }
 
+double kmp_visible_difference(const kempe_system *system, const kmp_run_spec *spec, bool lengths, int k, double range)
+{
+    const bool state = k >= kmp_model_coordinates(system->model),
+               angle = !state && kmp_model_motion(system->model, k)->rotation;
+    return visible_of(angle ? fmin(range, 2 * acos(-1)) : range, system->scale[k], lengths || angle || state, spec);
+}
+
 static void find_visible(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
                          double *visible)
 {
     const bool lengths = kmp_system_length_scale(system->model).length > 0;
     for (int k = 0; k < system->n; k++) {
-        bool state = k >= kmp_model_coordinates(system->model),
-             angle = !state && kmp_model_motion(system->model, k)->rotation;
+        const bool state = k >= kmp_model_coordinates(system->model);
         double low = INFINITY, high = -INFINITY;
         for (int row = 0; row < table->rows; row++) {
             double x = kmp_samples_get(table, state ? KMP_QUANTITY_QD : KMP_QUANTITY_Q, row)[k];
             low = fmin(low, x);
             high = fmax(high, x);
         }
-        visible[k] = visible_of(angle ? fmin(high - low, 2 * acos(-1)) : high - low, system->scale[k],
-                                lengths || angle || state, spec);
+        visible[k] = kmp_visible_difference(system, spec, lengths, k, high - low);
     }
 }
 

@@ -35,8 +35,9 @@ typedef struct kmp_repeat {
     double rtol, t_start; /* of the first run */
     double promised; /* an error of more tolerances is reported, although an accepted run may have it; 0: none is */
     bool uneven;     /* errors fall unevenly with the tolerance: a coarser run does not show their size */
-    const double *visible; /* as in kmp_convergence; NULL: a relative difference of KMP_VISIBLE is seen, unless errors
-                              are reported */
+    const double *visible; /* of each case, `numbers` each, as in kmp_convergence; NULL: a relative difference of
+                              KMP_VISIBLE is seen, unless errors are reported */
+    int numbers;
     void *user;
     /** Runs cases which[0 .. count-1] at another rtol, atol in proportion. It passes each row to kmp_convergence_row
      * and sets `stopped` where a case was not complete. KEMPE_OK; KEMPE_STOPPED: interrupted by the user;
@@ -49,6 +50,10 @@ typedef struct kmp_repeat {
 
 /** A motion of no more than this many absolute tolerances is a rest: its range and energy are due to rounding. */
 #define KMP_AT_REST 10.0
+
+/** A difference of coordinate or state k that is seen in the results of a run in which it has a range. `lengths`: the
+ * model has a size (kmp_system_length_scale); otherwise a translation is judged by its range alone. */
+double kmp_visible_difference(const kempe_system *system, const kmp_run_spec *spec, bool lengths, int k, double range);
 
 /** Runs all cases again, quietly, and doubtful cases once more. KEMPE_OK or KEMPE_E_MEMORY. */
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence);

@@ -1111,6 +1111,17 @@ class Contact(Case):
 
 
 class Ensembles(Case):
+    """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
+
+    def test_a_model_without_lengths(self):
+        """Nanometres are judged by themselves, as in a run: tolerances of micrometres show nothing of them."""
+        path = self.model("kempe: 1\nparameters: {k: 100}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1e-3}}\n"
+                          "forces: {s: {joint: x, force: \"-k*q(x) + 1e-9*sin(300*t)*k\"}}\nrun: {t_end: 2}\n")
+        (self.folder / "values.csv").write_text("k\n90\n100\n")
+        words = "ensemble", path, "--values", "values.csv", "--rtol"
+        self.assertIn("do not trust 2 of 2 instances", self.expect(5, *words, 1e-6).stderr)
+        self.assertIn("complete, 2 instances", self.expect(0, *words, 1e-12).stdout)
+
     def test_the_model_itself(self):
         """Without values and samples: the quantities of one run, without statistics, which one instance has not."""
         path = self.model("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 2}}}\n"
@@ -1127,8 +1138,6 @@ class Ensembles(Case):
     def test_an_option_of_another_command(self):
         self.assertIn("'kempe ensemble' has it", self.expect(3, "simulate", ANDREWS, "--quantity", "q(beta)").stderr)
         self.assertIn("did you mean '--output-step'?", self.expect(3, "simulate", ANDREWS, "--output-ste", "1").stderr)
-
-    """Many instances: tables in and out, the same numbers however they are run, mistakes with their place."""
 
     BARS = "crank,base,qd.crank\n0.3,0.9,20\n# four\n 0.31 ,0.88,-18.5\n0.29,0.91,2e1\n0.3,5,20\n"
 

@@ -321,7 +321,8 @@ static kempe_status check_again(work *w)
         for (int k = 0; k < s->count; k++)
             w->size[s->columns + c * s->count + k] = w->size[c] / s->size[k];
     }
-    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, NULL, w, find_again};
+    const kmp_repeat repeat = {
+        .context = s->context, .rtol = w->spec.rtol, .promised = PROMISED, .user = w, .run = find_again};
     kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
     if (status == KEMPE_OK) {
         /* "q.rocker", or "q.rocker/crank" as in the table. */
