@@ -52,7 +52,7 @@ typedef struct kmp_repeat {
 #define KMP_AT_REST 10.0
 
 /** A difference of coordinate or state k that is seen in the results of a run in which it has a range. `lengths`: the
- * model has a size (kmp_system_length_scale); otherwise a translation is judged by its range alone. */
+ * model has a size (kmp_system_length_scale); otherwise a translation is judged only by its range. */
 double kmp_visible_difference(const kempe_system *system, const kmp_run_spec *spec, bool lengths, int k, double range);
 
 /** Runs all cases again, quietly, and doubtful cases once more. KEMPE_OK or KEMPE_E_MEMORY. */
