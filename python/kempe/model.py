@@ -589,9 +589,9 @@ class Model(Fixed):
 
     # -- many instances ----------------------------------------------------------------------------------
 
-    def values(self, columns: Data) -> Values:
+    def values(self, columns: Data | None = None) -> Values:
         """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, a data frame, or a CSV
-        file.
+        file. None: one instance, the model itself.
 
         Raises ArgumentError if a column is neither a parameter nor a start of the model. Raises InputError if a cell of a file is not a
         number. Raises FileError if the file cannot be read. Raises ValueError if columns have several lengths. Raises TypeError if a
@@ -606,6 +606,11 @@ class Model(Fixed):
                 Values, lib.guarded_kempe_values_read, self._pointer, path_of(columns), owners=(self._pointer,)
             )
             return self._called(made, "values", os.path.abspath(os.fsdecode(columns)))
+        if columns is None:
+            made = self._context.make(
+                Values, lib.kempe_values_new, self._pointer, 0, ffi.NULL, 1, ffi.NULL, owners=(self._pointer,), long=False
+            )
+            return self._called(made, "values")
         if not isinstance(columns, Mapping):
             columns = columns_of("values", columns, index=False)
         rows = rows_of(columns)
@@ -646,9 +651,10 @@ class Model(Fixed):
         return self._called(made, "sample", ranges, count, **options)
 
     def ensemble(
-        self, values: Values | Data, **options: Unpack[EnsembleOptions]
+        self, values: Values | Data | None = None, **options: Unpack[EnsembleOptions]
     ) -> Ensemble:
-        """Many instances of the mechanism, with quantities of each: words, a list of them or a mapping of names to words.
+        """Many instances of the mechanism, with quantities of each: words, a list of them or a mapping of names to words. Without values:
+        one instance, the model itself.
 
         >>> batch = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]}).run(t_end=1)
         >>> batch.status, batch.q.shape

@@ -248,3 +248,13 @@ def test_no_options_of_the_command(call, four_bar):
     with pytest.raises((kempe.Error, TypeError)) as caught:
         call(four_bar)
     assert not re.search(r"(^|\W)--[a-z]", str(caught.value))
+
+
+def test_the_model_itself(four_bar):
+    """Without values an ensemble has one instance, the model, whose quantities are those of a run."""
+    batch = four_bar.ensemble(quantities={"swing": "range(q(rocker))"}).run(t_end=1)
+    rocker = four_bar.simulate(t_end=1, output_step=1e-3)["q.rocker"]
+    assert batch.status == ["complete"] and batch.q.shape == (1, 3)
+    assert batch.quantities["swing"][0] == pytest.approx(rocker.max() - rocker.min(), rel=1e-5)
+    again = pickle.loads(pickle.dumps(four_bar.values()))
+    assert len(again) == 1 and again.names == ()
