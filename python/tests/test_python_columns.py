@@ -251,7 +251,7 @@ def test_no_options_of_the_command(call, four_bar):
 
 
 def test_the_model_itself(four_bar):
-    """Without values an ensemble has one instance, the model, whose quantities are those of a run."""
+    """Without values an ensemble has one instance, the model, with the quantities of a run."""
     batch = four_bar.ensemble(quantities={"swing": "range(q(rocker))"}).run(t_end=1)
     rocker = four_bar.simulate(t_end=1, output_step=1e-3)["q.rocker"]
     assert batch.status == ["complete"] and batch.q.shape == (1, 3)
