@@ -685,9 +685,16 @@ kmp_process *kmp_process_begin(char *const *words, const char *folder, const cha
     kmp_process *process = there ? calloc(1, sizeof *process) : NULL;
     if (!process)
         return NULL;
+    /* A signal to the child waits until it has its own handlers: the handlers of this process would lose it. */
+    sigset_t stops, usual;
+    sigemptyset(&stops);
+    sigaddset(&stops, SIGINT);
+    sigaddset(&stops, SIGTERM);
+    (void)pthread_sigmask(SIG_BLOCK, &stops, &usual);
     process->number = fork();
     if (process->number == 0)
         become(words, folder, said, complained);
+    (void)pthread_sigmask(SIG_SETMASK, &usual, NULL);
     if (process->number > 0)
         return process;
     free(process);
