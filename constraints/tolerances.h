@@ -188,6 +188,8 @@
 #define KMP_SHARED_ROUNDING 1e-11
 /** Least acceleration of slip in place of rest, over the accelerations without friction: above rounding of forces. */
 #define KMP_SHARED_SLIDES 1e-5
+/** Surfaces at a distance of this part of the size of the mechanism do not touch, whatever rounding makes of it. */
+#define KMP_CONTACT_APART 1e-6
 /** Compliance of contacts that presses them with given forces where rigid ones leave these open, over the inverse
  * inertia at the contact: errors of forces by it are far below KMP_SHARED_SLIDES. */
 #define KMP_SHARED_SOFT 1e-6

@@ -51,7 +51,7 @@ typedef struct kmp_friction_element {
     int unlimited;                 /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     bool tries;                    /* a message names it */
     bool shares;                   /* a contact whose force is not unique: shared_contacts.h */
-    bool beside;                   /* a contact that is open, but does not leave its surface: it might press */
+    bool beside;                   /* an open contact that does not leave its surface: it may press */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;
     double before; /* its friction at the event */

@@ -329,7 +329,7 @@ static bool is_shared(const kmp_sharing *s, int k, int i)
     return s->contact[s->of[i]] && has_part(s, k, i);
 }
 
-/* Groups of contacts that share with each other have the number of one of their null vectors; -1: it does not share. */
+/* Finds the group of each contact, the number of one of its null vectors; -1: the contact shares no load. */
 static void group_contacts(corners *w)
 {
     const kmp_sharing *s = w->s;

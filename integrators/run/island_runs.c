@@ -30,7 +30,7 @@ typedef struct part_system {
     part_models *home;
     const kmp_island *island;
     kempe_system *system;
-    int *row; /* by its rows: the one of the whole */
+    int *row; /* of each of its rows: the row of the whole system */
 } part_system;
 
 struct kmp_island_systems {

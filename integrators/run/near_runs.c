@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/tolerances.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/run/island_runs.h"
 #include "integrators/run/methods.h"
@@ -33,8 +34,6 @@ enum {
  * the coordinate. */
 #define AHEAD  1.25
 #define MARGIN 1e-3
-/* Surfaces at a distance of this part of the size of the mechanism do not touch, whatever rounding makes of it. */
-#define APART 1e-6
 static const double ANYTHING = 1e300;
 
 /* The distances of contacts, as conditions of the system. */
@@ -82,7 +81,7 @@ static int contact_of(const kempe_system *s, const kmp_bounds *bounds, int k, in
     return is ? (int)(force - s->model->forces) : -1;
 }
 
-/* True for one of the conditions of each friction of a contact. */
+/* Each contact with friction has one such condition, by which it is counted. */
 static bool is_friction(const kmp_condition *condition)
 {
     const kmp_force *force = condition->of;
@@ -141,7 +140,7 @@ static void bound_distances(near_runs *x, double from, double to)
 /* True if the surfaces of condition k cannot touch in the box. */
 static bool is_far(const near_runs *x, int k)
 {
-    return kmp_bounds_get(x->gaps.bounds, x->gaps.output[k]).low > APART * x->s->length;
+    return kmp_bounds_get(x->gaps.bounds, x->gaps.output[k]).low > KMP_CONTACT_APART * x->s->length;
 }
 
 /* Leaves out the contacts that are far away in the box. Returns how many are not. */
@@ -263,7 +262,7 @@ typedef struct piece {
     bool adds_end; /* its last row is at none of the times of the rows of the run */
 } piece;
 
-/* Runs a piece with the contacts that are not left out. */
+/* Runs a piece with the contacts that are not left out; with all of them where an element refers to one. */
 static kempe_status attempt(near_runs *x, piece *p)
 {
     const int n = x->s->n;
@@ -314,8 +313,12 @@ static kempe_status run_piece(near_runs *x, piece *p, int next, double to)
     for (int attempts = 1;; attempts++) {
         KMP_TRY(kmp_made(x->s->context, set_times(x, p, next, to)));
         KMP_TRY(attempt(x, p));
-        if (p->report.cut || !take_reached(x, from, to))
+        if (!take_reached(x, from, to))
             return KEMPE_OK;
+        if (p->report.cut) { /* its rows may have passed through a contact */
+            x->kept = 0;
+            return KEMPE_OK;
+        }
         if (attempts % ATTEMPTS == 0) {
             to = from + (to - from) / 2;
             guess_box(x, to - from);
@@ -390,19 +393,26 @@ static kempe_status run_pieces(near_runs *x, piece *p, double to, kmp_row_fn *ta
     }
 }
 
-/* True if pieces pay, with the end of the first one. */
-static bool pays(near_runs *x, const kempe_assembly *start, double *to)
+/* *pays: pieces pay, and the model may have parts, which a model with states, a past or conditions that end it has not.
+ * Its first parts are made, and *to is the end of the first piece. */
+static kempe_status begin(near_runs *x, const kempe_assembly *start, double *to, bool *pays)
 {
     const int n = x->s->n;
     int near;
+    *pays = false;
+    KMP_TRY(near_runs_init(x));
     if (x->gaps.contacts + FRICTION * x->gaps.frictions < LEAST)
-        return false;
+        return KEMPE_OK;
     memcpy(x->row, start->q, (size_t)n * sizeof *x->row);
     memcpy(x->row + n, start->qd, (size_t)n * sizeof *x->row);
     for (int i = 0; i < n; i++) /* accelerations are not known yet */
         x->row[2 * n + i] = kmp_model_motion(x->s->model, i)->rotation ? 0 : kmp_system_gravity(x->s);
     *to = choose_end(x, x->spec->t_start, &near);
-    return 2 * near < x->gaps.contacts;
+    if (2 * near >= x->gaps.contacts)
+        return KEMPE_OK;
+    KMP_TRY(kmp_island_systems_new(x->s, x->out, NULL, &x->parts));
+    *pays = kmp_island_systems_count(x->parts) > 0;
+    return KEMPE_OK;
 }
 
 bool kmp_near_may_pay(const kempe_system *system, const kmp_run_spec *spec)
@@ -414,27 +424,23 @@ bool kmp_near_may_pay(const kempe_system *system, const kmp_run_spec *spec)
 kempe_status kmp_near_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                           kmp_row_fn *row, void *user, kmp_run_report *report)
 {
+    if (!kmp_near_may_pay(system, spec))
+        return kmp_run_whole(system, spec, start, row, user, report);
     near_runs x = {.s = system, .spec = spec};
     piece p = {.spec = *spec, .start = *start};
     double to;
-    if (!kmp_near_may_pay(system, spec))
-        return kmp_run_whole(system, spec, start, row, user, report);
-    kempe_status status = near_runs_init(&x);
-    if (status == KEMPE_OK && !pays(&x, start, &to)) {
-        kmp_arena_free(&x.arena);
-        return kmp_run_whole(system, spec, start, row, user, report);
-    }
-    *report = KMP_RUN_REPORT_NONE(spec->t_end);
+    bool pays;
+    kempe_status status = begin(&x, start, &to, &pays);
     p.spec.step = widen;
     p.spec.user = &x;
-    p.spec.since = spec->t_start;
-    p.spec.until = spec->t_end;
-    if (status == KEMPE_OK)
+    p.spec.all = (kmp_time_span){spec->t_start, spec->t_end};
+    *report = KMP_RUN_REPORT_NONE(spec->t_end);
+    if (status == KEMPE_OK && pays)
         status = run_pieces(&x, &p, to, row, user, report);
     kmp_run_log_free(&p.log);
     kmp_free(p.report.reason);
     kmp_island_systems_free(x.parts);
     kmp_free(x.rows);
     kmp_arena_free(&x.arena);
-    return status;
+    return status == KEMPE_OK && !pays ? kmp_run_whole(system, spec, start, row, user, report) : status;
 }

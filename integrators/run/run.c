@@ -246,7 +246,7 @@ static kempe_status attend(kmp_runner *run)
         return interrupt(run);
     KMP_TRY(check_growth(run, t));
     kmp_text why = {0};
-    if (!kmp_work_bound_passed(&run->bounds.now, kmp_runner_tried(run), t, run->spec.t_end, &why) &&
+    if (!kmp_work_bound_passed(&run->bounds.now, kmp_runner_tried(run), t, kmp_run_until(spec), &why) &&
         !(t < run->bounds.until &&
           kmp_work_bound_passed(&run->bounds.ahead, kmp_runner_tried(run), t, run->bounds.until, &why)))
         return KEMPE_OK;

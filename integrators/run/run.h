@@ -48,6 +48,11 @@ typedef struct kmp_program_cache_past {
     double since;   /* the caller moves it on */
 } kmp_program_cache_past;
 
+/** Times, s. */
+typedef struct kmp_time_span {
+    double since, until;
+} kmp_time_span;
+
 typedef struct kmp_run_spec {
 /* The rows of run_options.def that all runs obey. Names are static ones when resolved; max_steps is attempted steps, 0:
  * by progress, -1: no bound. */
@@ -81,7 +86,7 @@ typedef struct kmp_run_spec {
     double first_step;                 /* of a one-step method; 0: chosen by itself */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
     int part, parts;                   /* of a run by parts: its number, and how many there are; 0: it is whole */
-    double since, until;               /* the times of the motion of which this run is a piece; 0, 0: it is all of it */
+    kmp_time_span all;                 /* of the motion of which this run is a piece; zero: it is all of it */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool
@@ -92,11 +97,11 @@ typedef struct kmp_run_spec {
 /** The end of the motion of which a run is a piece, and how long it lasts. */
 static inline double kmp_run_until(const kmp_run_spec *spec)
 {
-    return spec->until > 0 ? spec->until : spec->t_end;
+    return spec->all.until > 0 ? spec->all.until : spec->t_end;
 }
 static inline double kmp_run_span(const kmp_run_spec *spec)
 {
-    return kmp_run_until(spec) - (spec->until > 0 ? spec->since : spec->t_start);
+    return kmp_run_until(spec) - (spec->all.until > 0 ? spec->all.since : spec->t_start);
 }
 
 /** Callback for a row: time, q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

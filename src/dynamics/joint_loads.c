@@ -163,7 +163,7 @@ static void list_gears(kmp_joint_loads *loads, const kmp_tree *tree)
 
 typedef enum place_of { NOWHERE, ANYWHERE, BETWEEN } place_of;
 
-/* The place where a closure or a force acts: between two bodies, anywhere, or not as one of its list. */
+/* A closure or a force acts between two bodies or anywhere; NOWHERE: it does not belong to the list. */
 typedef place_of place_fn(const kempe_model *model, int number, int side[2]);
 
 static place_of closure_place(const kempe_model *model, int c, int side[2])

@@ -8,29 +8,15 @@
 #include "model/data/body.h"
 #include "model/data/islands.h"
 #include "model/data/run_settings.h"
+#include "scene_text.h"
 #include "testing.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 enum { MOST = 12, ROWS = 41, COORDINATES = 3 * MOST };
 
 /* -- scenes ------------------------------------------------------------------------------------------------ */
-
-typedef struct scene {
-    char text[8192];
-    size_t length;
-} scene;
-
-static void put(scene *s, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void put(scene *s, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    s->length += (size_t)vsnprintf(s->text + s->length, sizeof s->text - s->length, format, arguments);
-    va_end(arguments);
-}
 
 static double height(int i)
 {

@@ -10,29 +10,15 @@
 #include "loaded.h"
 #include "model/data/body.h"
 #include "model/data/run_settings.h"
+#include "scene_text.h"
 #include "testing.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 enum { SIDE = 4, BALLS = SIDE * SIDE, ROWS = 21, MOST = 1000 };
 
 /* -- scenes ------------------------------------------------------------------------------------------------ */
-
-typedef struct scene {
-    char text[65536];
-    size_t length;
-} scene;
-
-static void put(scene *s, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void put(scene *s, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    s->length += (size_t)vsnprintf(s->text + s->length, sizeof s->text - s->length, format, arguments);
-    va_end(arguments);
-}
 
 /* Balls between four walls, each of which may touch each other one. `end`: of the mapping of a contact; `more`: further
  * sections of the model. */
@@ -188,6 +174,43 @@ static void one_that_fails(void)
     unload(&l);
 }
 
+/* Models with a past or states are run whole: to the last bit as with all contacts. */
+static void with_a_past(void)
+{
+    static const char *const more[] = {
+        "states: {d: {delay: q(j4.1), time: 0.05}}\nforces: {f: {joint: j4.1, force: \"-500*(d - 0.8)\"}}\n",
+        "states: {y: {rate: \"-3*y + q(j4.1)\", start: 0}}\nforces: {f: {joint: j4.1, force: \"-5*y\"}}\n",
+        "states: {d: {sample: 0.03, next: q(j4.1), start: 0}}\nforces: {f: {joint: j4.1, force: \"-500*(d - 0.8)\"}}\n",
+        "states: {h: {hysteresis: q(j4.1), limits: [0.7, 0.75]}}\nforces: {f: {joint: j4.1, force: \"-20*h\"}}\n",
+        "  soft: {sphere: s4.C, radius: 0.1, on: {plane: ground.A, normal: y}, law: hunt_crossley, "
+        "stiffness: 1e4, damping: 0.2}\n"};
+    static run_rows pieces, whole;
+    for (size_t k = 0; k < sizeof more / sizeof *more; k++) {
+        put_balls(&s, "[0, 0, 0]", "restitution: 1, friction: 0.2", more[k]);
+        put(&s, "run: {t_end: 0.3}\n");
+        loaded l = load_text(s.text);
+        simulate(&l, false, ROWS, NULL, &pieces);
+        simulate(&l, true, ROWS, NULL, &whole);
+        CHECK(pieces.status == KEMPE_OK && pieces.count == whole.count);
+        CHECK(pieces.report.steps == whole.report.steps);
+        for (int row = 0; row < pieces.count; row++)
+            CHECK(memcmp(pieces.row[row], whole.row[row], sizeof *pieces.row) == 0);
+        unload(&l);
+    }
+}
+
+/* The condition that ends a run ends it, and counts as requested. */
+static void until_a_condition(void)
+{
+    static run_rows all;
+    put_balls(&s, "[0, 0, 0]", "restitution: 1, friction: 0.2", "");
+    put(&s, "run: {t_end: 0.6, until: \"q(j5.1) > 0.8\"}\n");
+    loaded l = load_text(s.text);
+    simulate(&l, false, ROWS, NULL, &all);
+    CHECK(all.report.ended && all.report.requested && all.report.t < 0.6);
+    unload(&l);
+}
+
 /* On a dae a state may overlap by the errors of steps, at which no run could start: it has no pieces. */
 static void on_a_dae(void)
 {
@@ -270,6 +293,8 @@ int main(void)
     TEST(unforeseen);
     TEST(rows_and_log);
     TEST(one_that_fails);
+    TEST(with_a_past);
+    TEST(until_a_condition);
     TEST(on_a_dae);
     TEST(in_space);
     TEST(loads_of_rounding);

@@ -67,7 +67,7 @@ static void small_motions_of_one_side_are_doubted(void)
     }
 }
 
-/* The state and its matrices are as without the question: those of the side at which the equilibrium is. */
+/* The question leaves the state and its matrices as they were: they belong to the side of the equilibrium. */
 static void the_matrices_stay(void)
 {
     loaded l = load_law("-if(q(x) < 0, 100, 400)*q(x) - 2*qd(x)");
