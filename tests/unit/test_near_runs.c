@@ -177,13 +177,15 @@ static void one_that_fails(void)
 /* Models with a past or states are run whole: to the last bit as with all contacts. */
 static void with_a_past(void)
 {
+    static const char soft[] =
+        "  soft: {sphere: s4.C, radius: 0.1, on: {plane: ground.A, normal: y}, law: hunt_crossley, "
+        "stiffness: 1e4, damping: 0.2}\n";
     static const char *const more[] = {
         "states: {d: {delay: q(j4.1), time: 0.05}}\nforces: {f: {joint: j4.1, force: \"-500*(d - 0.8)\"}}\n",
         "states: {y: {rate: \"-3*y + q(j4.1)\", start: 0}}\nforces: {f: {joint: j4.1, force: \"-5*y\"}}\n",
         "states: {d: {sample: 0.03, next: q(j4.1), start: 0}}\nforces: {f: {joint: j4.1, force: \"-500*(d - 0.8)\"}}\n",
         "states: {h: {hysteresis: q(j4.1), limits: [0.7, 0.75]}}\nforces: {f: {joint: j4.1, force: \"-20*h\"}}\n",
-        "  soft: {sphere: s4.C, radius: 0.1, on: {plane: ground.A, normal: y}, law: hunt_crossley, "
-        "stiffness: 1e4, damping: 0.2}\n"};
+        soft};
     static run_rows pieces, whole;
     for (size_t k = 0; k < sizeof more / sizeof *more; k++) {
         put_balls(&s, "[0, 0, 0]", "restitution: 1, friction: 0.2", more[k]);
