@@ -72,8 +72,8 @@ static double freedom_of(judge *j, int k)
     return sum > 0 ? fmin(fmax(sum * sum / squares, 1), f->freedoms) : f->freedoms;
 }
 
-/* Takes as many combinations of parameters as the data determines: the others fit nothing, and leave the residuals their
- * degrees of freedom. */
+/* Takes as many combinations of parameters as the data determines: the others fit nothing, and leave the residuals
+ * their degrees of freedom. */
 static void take_rank(kempe_fit *f, int rank)
 {
     double sum = 0;
