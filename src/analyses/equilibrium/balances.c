@@ -332,7 +332,7 @@ typedef struct sides {
     kmp_stability of;   /* of the side that says most */
     int *along;         /* room for another one */
     bool any, left;     /* sides were visited; a motion leaves on one of them */
-    bool grows, open;   /* motions of the first side grow; the sides do not decide */
+    bool grows, open;   /* motions of the last side grow; the sides do not decide */
     const char *change; /* a condition that differs */
 } sides;
 
