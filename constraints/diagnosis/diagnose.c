@@ -175,7 +175,7 @@ static void diagnosis_alternatives(kmp_examination *x)
  * rate changes sign (its dead centre). Branches meet where the last pivot of J nearly vanishes (a change point). Both
  * are found to round-off. The motion ends when it returns to its start, angles modulo full turns with which the
  * closures hold at places on the way, too; otherwise it is followed in both directions. A coordinate that enters the
- * closures linearly, as a motor behind a gear, is scaled to be no faster than those that do not: its turns need no
+ * closures linearly, as a motor behind a gear, is scaled to be no faster than all others: its turns need no
  * steps. */
 
 enum { MOST_STEPS = 3000, MOST_FOR_LIMITS = 40, MOST_SAMPLES = 12 /* step 2^11 is the last one before MOST_STEPS */ };
