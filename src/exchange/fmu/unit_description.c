@@ -7,6 +7,7 @@
 #include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include <ctype.h>
 #include <string.h>
 
@@ -317,6 +318,7 @@ static variable given(int block, int k, const char *causality, const char *varia
                       .start = start};
 }
 
+/* An input that no closure reads has no derivatives. */
 static void add_inputs(description *d)
 {
     static const char *const endings[] = {"", ".d", ".dd"};
@@ -328,7 +330,8 @@ static void add_inputs(description *d)
         const kmp_model_input *input = &model->inputs[k];
         int angle = input->unit && kmp_unit_read(input->unit, strlen(input->unit), &written) ? written.angle : 0;
         kmp_dimension dimension = input->dimension;
-        for (int i = 0; i < 3; i++, dimension.power[2] -= 1) {
+        const int orders = kmp_model_moved_by(model, k) ? 3 : 1;
+        for (int i = 0; i < orders; i++, dimension.power[2] -= 1) {
             variable v = given(KEMPE_FMU_INPUTS, 3 * k + i, "input", "continuous",
                                name_of(d, "", d->source->input_names[k], endings[i]), texts[i],
                                d->source->simulated->inputs[3 * k + i]);
