@@ -817,16 +817,27 @@ static bool is_same(const seat *a, const seat *b)
     return a->kind == b->kind && a->length == b->length && strncmp(a->name, b->name, (size_t)a->length) == 0;
 }
 
+/* True for the first of several variables that are a terminal. */
+static bool begins_terminal(const variable *variables, int count, int first)
+{
+    const seat at = seat_of(&variables[first]);
+    int members = 0;
+    for (int k = 0; at.kind && k < count; k++) {
+        const seat other = seat_of(&variables[k]);
+        if (!other.kind || !is_same(&at, &other))
+            continue;
+        if (k < first)
+            return false;
+        members++;
+    }
+    return members > 1;
+}
+
 /* The terminal of a variable that is the first of it. */
 static void put_terminal(kmp_text *xml, const variable *variables, int count, int first)
 {
     const seat at = seat_of(&variables[first]);
     kmp_text name = {0};
-    for (int k = 0; k < first; k++) {
-        const seat other = seat_of(&variables[k]);
-        if (other.kind && is_same(&at, &other))
-            return;
-    }
     kmp_text_printf(&name, "%s.%.*s", kind_names[at.kind], at.length, at.name);
     kmp_text_put(xml, "    <Terminal");
     put_attribute(xml, "name", name.s);
@@ -857,7 +868,7 @@ static void put_terminals(kmp_text *xml, const variable *variables, int count)
                     "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
                     KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
     for (int k = 0; k < count; k++)
-        if (seat_of(&variables[k]).kind) {
+        if (begins_terminal(variables, count, k)) {
             kmp_text_put(xml, open ? "" : "  <Terminals>\n");
             open = true;
             put_terminal(xml, variables, count, k);
