@@ -1828,15 +1828,23 @@ class Check(Case):
         self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
 
     def test_one_end_of_a_range(self):
-        """Behind a worm the crank is followed over a part of a turn: the rocker has one dead centre there, and no other end."""
+        """Along a parabola the motion does not end: its height has one dead centre, and no other end."""
+        path = self.model("kempe: 1\nbodies:\n  a: {joint: {name: A, prismatic: x, at: ground}, mass: 1}\n  b: {joint: {name: B, prismatic: y, at: ground}, mass: 1}\n"
+                          "loops: {c: {constraint: q(B) - q(A)^2}}\nstart: {q: {A: 0.5}}\n")
+        text = self.expect(0, "check", path).stdout
+        self.assertRegex(text, r"(?m)^ +B +followed from 0 to \S+ m, the (first|second) a dead centre$")
+        self.assertNotIn("oscillates", text)
+
+    def test_a_worm_ends_no_search(self):
+        """Behind a worm the rotor turns sixty times in a cycle."""
         path = self.model((ROOT / "examples/four_bar/four_bar.yaml").read_text() +
                           "\ninclude: [{file: worm.yaml}]\n")
         (self.folder / "worm.yaml").write_text(
             "kempe: 1\nbodies: {rotor: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
             "loops: {worm: {coupler: {rotor: 1, crank: -60}}}\n")
         text = self.expect(0, "check", path).stdout
-        self.assertRegex(text, r"(?m)^ +rocker +followed from \S+ to \S+ rad, the (first|second) a dead centre$")
-        self.assertNotIn("oscillates", text)
+        self.assertRegex(text, r"(?m)^ +rotor +rotates fully, 60 times in a cycle$")
+        self.assertRegex(text, r"(?m)^ +rocker +oscillates between ")
 
     def test_what_does_not_assemble(self):
         bar = "{name: %s, revolute: z, at: %s}, mass: 1, inertia: {zz: 1}, points: {E: [%s, 0, 0]}}"
