@@ -24,6 +24,7 @@
 #include "model/data/state.h"
 #include <float.h>
 #include <kempe/kempe.h>
+#include <limits.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -546,13 +547,19 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
 }
 
+/* There are no lanes where no program is good, as with a link without inertia, and none is due later. */
 static int make_lanes(void *self, double t)
 {
     kmp_reduced *d = self;
-    d->formulation.ode.lanes = rhs_of_stages;
-    d->formulation.ode.width = KMP_STAGE_LANES;
+    kmp_ode *ode = &d->formulation.ode;
+    if (kmp_reduced_make_lanes(d, t) != KMP_GO)
+        return KMP_HALT;
     d->formulation.lacks_lanes = false;
-    return kmp_reduced_make_lanes(d, t);
+    const bool may = d->programs.stages.lanes || d->use.made_late || d->use.due_saddle_program < LONG_MAX;
+    ode->lanes = may ? rhs_of_stages : NULL;
+    ode->width = ode->lanes ? KMP_STAGE_LANES : 0;
+    ode->cycles_of_lanes = ode->lanes ? ode->cycles_of_lanes : 0;
+    return KMP_GO;
 }
 
 static int jacobian(void *self, double t, const double *y, double *j)

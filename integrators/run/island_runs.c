@@ -107,13 +107,14 @@ static bool find_rows(part_system *part, const kempe_system *whole, const int *f
     return rows;
 }
 
-static kempe_status make_part(struct kmp_island_systems *all, const kempe_system *whole, const int *first,
+static kempe_status make_part(struct kmp_island_systems *all, const kempe_system *whole, const int *first, bool brief,
                               struct kmp_island_systems *earlier, part_system *part)
 {
     if (!take_earlier(part, earlier)) {
         kempe_model *model = part->island->model;
         model->run.dynamics = whole->dynamics;
-        KMP_TRY(kmp_system_new_by(model, NULL, &part->system));
+        KMP_TRY(brief ? kmp_system_new_brief(model, whole->dynamics, &part->system)
+                      : kmp_system_new_by(model, NULL, &part->system));
     }
     if (find_rows(part, whole, first, &all->arena))
         return KEMPE_OK;
@@ -134,7 +135,7 @@ static kempe_status make_systems(struct kmp_island_systems *all, const kempe_sys
     for (; all->count < count; all->count++, home->uses++)
         all->part[all->count] = (part_system){.home = home, .island = &home->islands->island[all->count]};
     for (int i = 0; i < count; i++) {
-        KMP_TRY(make_part(all, whole, first, earlier, &all->part[i]));
+        KMP_TRY(make_part(all, whole, first, !complete, earlier, &all->part[i]));
         rows += all->part[i].system->m;
     }
     return rows == whole->m || count == 0 || !complete

@@ -6,12 +6,13 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { FIRST_SIZE = 1024, MOST_SIZE = 16 * 1024 }; /* many arenas hold a few small arrays */
+enum { FIRST_SIZE = 1024, MOST_SIZE = 512 * 1024 }; /* many arenas hold a few small arrays, some all of a large model */
 
 struct kmp_arena_block {
     struct kmp_arena_block *before;
     size_t used, size;
-    bool lent; /* the caller's, which is not zeroed */
+    int number; /* of blocks before it */
+    bool lent;  /* the caller's, which is not zeroed */
     alignas(max_align_t) unsigned char bytes[];
 };
 
@@ -33,6 +34,7 @@ void kmp_arena_lend(kmp_arena *arena, kmp_arena_lent *room)
     struct kmp_arena_block *block = (struct kmp_arena_block *)(void *)room->bytes;
     block->before = NULL;
     block->used = 0;
+    block->number = 0;
     block->size = sizeof room->bytes - sizeof *block;
     block->lent = true;
     *arena = (kmp_arena){.last = block};
@@ -53,6 +55,7 @@ static struct kmp_arena_block *add_block(kmp_arena *arena, size_t need)
     if (!block)
         return NULL;
     block->before = arena->last;
+    block->number = arena->last ? arena->last->number + 1 : 0;
     block->size = size;
     arena->last = block;
     return block;
@@ -115,21 +118,12 @@ char *kmp_arena_strdup(kmp_arena *arena, const char *s)
     return copy;
 }
 
-/* The number of blocks older than this one. */
-static int older(const struct kmp_arena_block *block)
-{
-    int count = 0;
-    for (block = block->before; block; block = block->before)
-        count++;
-    return count;
-}
-
 bool kmp_arena_find(const kmp_arena *arena, const void *address, kmp_arena_spot *spot)
 {
     uintptr_t at = (uintptr_t)address;
     for (const struct kmp_arena_block *b = arena->last; b; b = b->before)
         if (at >= (uintptr_t)b->bytes && at - (uintptr_t)b->bytes < b->used) {
-            *spot = (kmp_arena_spot){older(b), at - (uintptr_t)b->bytes};
+            *spot = (kmp_arena_spot){b->number, at - (uintptr_t)b->bytes};
             return true;
         }
     return false;
@@ -145,10 +139,10 @@ size_t kmp_arena_shape(const kmp_arena *arena)
 
 void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size)
 {
-    for (struct kmp_arena_block *b = arena->last; b; b = b->before)
-        if (older(b) == spot.block)
-            return spot.offset <= b->used && b->used - spot.offset >= size ? b->bytes + spot.offset : NULL;
-    return NULL;
+    struct kmp_arena_block *b = arena->last;
+    while (b && b->number != spot.block)
+        b = b->before;
+    return b && spot.offset <= b->used && b->used - spot.offset >= size ? b->bytes + spot.offset : NULL;
 }
 
 /* A list is full when its count is a power of two, or zero. */

@@ -69,7 +69,7 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
         group[k] = group[k - 1] + count[k - 1];
         stages = count[k] > 0 && k >= stages ? k + 1 : stages;
     }
-    if (s->arena.failed || (shorter && !kmp_equations_shorten(eq, g->total, g->out)))
+    if (s->arena.failed || (shorter && !s->brief && !kmp_equations_shorten(eq, g->total, g->out)))
         return NULL;
     return kmp_program_new(eq->graph, stages, count, group);
 }
@@ -305,6 +305,7 @@ static kempe_status make_late(kmp_lazy_equations *late)
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_derivation_request request = {.sets = KMP_MOTION_SETS,
                                             .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
+                                            .plain = s->brief,
                                             .quick = true,
                                             .events = &events,
                                             .charted = true};
@@ -373,6 +374,7 @@ static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
                                             .closed = true,
                                             .nodes = (passes ? NODES_LARGE : NODES) * nodes,
                                             .first = &bodies->first,
+                                            .plain = s->brief,
                                             .quick = true,
                                             .events = &events,
                                             .frictionless = s->frictionless,

@@ -372,7 +372,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *fou
     const kmp_derivation_request request = {.sets = sets,
                                             .scheme =
                                                 s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                                            .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                                            .plain = s->dynamics == KMP_DYNAMICS_PLAIN || s->brief,
                                             .quick = true,
                                             .found = found,
                                             .events = &s->events,
@@ -399,6 +399,7 @@ static kempe_status derive_late(kempe_system *s)
     const unsigned sets = KMP_SET_CLOSURE | JUDGE_SETS | products | (weighs ? KMP_SET_MASS : KMP_SET_KINETIC);
     const kmp_derivation_request request = {.sets = weighs ? KMP_MOTION_SETS | KMP_SET_REACTION : sets,
                                             .then = weighs ? sets : 0,
+                                            .plain = s->brief,
                                             .quick = true,
                                             .found = weighs ? &s->bodies->first : NULL,
                                             .chosen = weighs ? &s->late->chosen : NULL,
@@ -482,13 +483,15 @@ kempe_system *kmp_system_start(const kempe_model *model)
     return NULL;
 }
 
-static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, bool closures, kempe_system **system)
+static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, bool closures, bool brief,
+                               kempe_system **system)
 {
     double begin = kmp_cpu_now();
     kempe_system *s = kmp_system_start(model);
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
     s->frictionless = closures;
+    s->brief = brief;
     kempe_status status = derive_system(s, closures);
     s->build_s = kmp_cpu_now() - begin;
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
@@ -504,13 +507,19 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
     if (dynamics == KMP_DYNAMICS_COUNT)
         return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
     KMP_TRY(kmp_check_masses(model));
-    return new_system(model, dynamics, false, system);
+    return new_system(model, dynamics, false, false, system);
+}
+
+kempe_status kmp_system_new_brief(const kempe_model *model, kmp_dynamics dynamics, kempe_system **system)
+{
+    KMP_TRY(kmp_model_check_finished(model));
+    return new_system(model, dynamics, false, true, system);
 }
 
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system)
 {
     KMP_TRY(kmp_model_check_finished(model));
-    return new_system(model, KMP_DYNAMICS_PLAIN, true, system);
+    return new_system(model, KMP_DYNAMICS_PLAIN, true, false, system);
 }
 
 void kempe_system_free(kempe_system *s)

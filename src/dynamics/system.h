@@ -111,6 +111,7 @@ struct kempe_system {
     bool frictionless;         /* it has no rows of friction that sticks */
     bool has_power;            /* so it is without the user's force */
     kmp_dynamics dynamics;     /* as requested */
+    bool brief;                /* derived for few evaluations: without search for the fewest operations */
     kmp_program *motion, *judge;
     kmp_lazy_equations *late; /* NULL: `motion` is made with the system */
     kmp_program *closing;     /* the stages to KMP_STAGE_CLOSURE of `motion`, or of late->weighing */
@@ -155,6 +156,10 @@ struct kempe_system {
 
 /** kempe_system_new_with_algorithm without a look at rounded numbers. */
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system);
+
+/** A system that is evaluated a few hundred times: as derived, since a search for fewer operations costs more than
+ * these save. */
+kempe_status kmp_system_new_brief(const kempe_model *model, kmp_dynamics dynamics, kempe_system **system);
 
 /** A system of only closures, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);

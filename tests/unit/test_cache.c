@@ -155,6 +155,31 @@ static void compare(const char *path)
     unload(&warm);
 }
 
+/* Places of objects in an arena of many blocks, as they are recorded: the same in another one that is filled so. */
+static void places_in_arenas(void)
+{
+    enum { COUNT = 3000 };
+    kmp_arena one = {0}, other = {0};
+    static int *first[COUNT], *second[COUNT];
+    for (int k = 0; k < COUNT; k++) {
+        first[k] = KMP_ARENA_NEW(&one, int, 1 + k % 700);
+        second[k] = KMP_ARENA_NEW(&other, int, 1 + k % 700);
+    }
+    int blocks = 0;
+    for (int k = 0; k < COUNT; k++) {
+        kmp_arena_spot spot;
+        CHECK(kmp_arena_find(&one, first[k], &spot) && kmp_arena_at(&one, spot, sizeof(int)) == first[k]);
+        CHECK(kmp_arena_at(&other, spot, sizeof(int)) == second[k]);
+        blocks = spot.block + 1;
+    }
+    CHECK(blocks > 5 && kmp_arena_shape(&one) == kmp_arena_shape(&other));
+    CHECK(!kmp_arena_at(&one, (kmp_arena_spot){blocks, 0}, 1) && !kmp_arena_at(&one, (kmp_arena_spot){0, 1 << 20}, 1));
+    kmp_arena_spot none;
+    CHECK(!kmp_arena_find(&one, &blocks, &none));
+    kmp_arena_free(&one);
+    kmp_arena_free(&other);
+}
+
 static void systems_are_the_same(void)
 {
     static const char *const paths[] = {"examples/andrews/andrews.yaml",
@@ -240,6 +265,7 @@ int main(void)
     CHECK(mkdtemp(folder));
     TEST(known_digests);
     TEST(every_changed_byte_is_seen);
+    TEST(places_in_arenas);
     TEST(systems_are_the_same);
     TEST(nothing_is_written_unasked);
     TEST(damaged_programs);

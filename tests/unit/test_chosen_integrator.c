@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_ROWS = 200, MOST = 8 };
+enum { MOST_ROWS = 200, MOST = 16 };
 
 typedef struct rows {
     int n, m, count;
@@ -287,6 +287,18 @@ static void with_the_same_rows(void)
     CHECK(apart(&open.rows, &given.rows) < 1e-8 && multipliers_apart(&open.rows, &given.rows) < 1e-6);
 }
 
+/* A shaft without inertia leaves no order of elimination for its saddle system: there are no lanes, and stages of radau
+ * one by one cost more than steps of dop853. */
+static void without_lanes(void)
+{
+    static result open, given;
+    run("half_shaft", NULL, 1e-8, 1.5, NULL, &open);
+    run("half_shaft", "dop853", 1e-8, 1.5, NULL, &given);
+    CHECK_TEXT(open.report.integrator, "dop853");
+    CHECK(open.report.steps == given.report.steps && open.report.chosen_ratio == 0);
+    CHECK(memcmp(&open.rows, &given.rows, sizeof open.rows) == 0);
+}
+
 /* An integrator that the user gave, and dop853 where change points are ignored. */
 static void that_is_kept(void)
 {
@@ -436,6 +448,7 @@ int main(void)
     TEST(with_unknowns_again);
     TEST(where_steps_are_many);
     TEST(with_the_same_rows);
+    TEST(without_lanes);
     TEST(that_is_kept);
     TEST(by_lanes);
     TEST(by_what_is_given);

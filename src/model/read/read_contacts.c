@@ -320,9 +320,9 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
 /* A joint with clearance and its contact have one name. */
 static void check_name(kmp_reader *r, kmp_place place, const char *name, bool journal)
 {
-    if (kmp_name_find(KMP_NAMED(r->model, force), name) >= 0)
+    if (kmp_index_find(&r->forces, &r->scratch, KMP_NAMED(r->model, force), -1, 0, name) >= 0)
         kmp_reader_complain(r, place, "a contact cannot have the name '%s' of a force", name);
-    if (!journal && kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0)
+    if (!journal && kmp_index_find(&r->closures, &r->scratch, KMP_NAMED(r->model, closure), -1, 0, name) >= 0)
         kmp_reader_complain(r, place,
                             "a contact cannot have the name '%s' of a loop or drive: lambda(%s) would be "
                             "ambiguous",

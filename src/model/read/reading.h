@@ -83,7 +83,8 @@ typedef struct kmp_reader {
     kmp_digest digest;                              /* of all files and settings so far */
     kmp_linkage *linkage;                           /* NULL without joints between bodies */
     kmp_name_index bodies, points, motions, joints; /* of the model's; of bodies' joints */
-    struct kmp_segmented *segmented;                /* beams in segments (segments.h) */
+    kmp_name_index forces, closures;
+    struct kmp_segmented *segmented; /* beams in segments (segments.h) */
     int segmented_count;
     struct kmp_flexible_reading *flexibles; /* of the flexible bodies of the model */
     struct kmp_function_block *blocks;      /* the entries of `states`, whose laws are read when they are needed */

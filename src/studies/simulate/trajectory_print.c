@@ -196,10 +196,16 @@ static void show_choice(kmp_text *text, const kempe_trajectory *t)
     if (reason->integrator)
         kmp_text_printf(text, "choice    integrator %s: %s%s%s\n", reason->integrator, reason->because,
                         reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
-    if (ratio > 0)
-        kmp_text_printf(
-            text, "choice    integrator %s at the start: radau was expected to take %.2f times as long as dop853\n",
-            ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
+    if (!(ratio > 0))
+        return;
+    kmp_text line = {0};
+    kmp_text_printf(
+        &line,
+        "integrator %s at the start: radau was expected to take %.2f times as long as dop853, which is right "
+        "within a factor of 1.5 for most models",
+        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
+    kmp_print_wrapped(text, "choice    ", TEXT_COLUMN, line.s ? line.s : "");
+    kmp_text_free_part(text, &line);
 }
 
 static void show_work(kmp_text *text, const kempe_trajectory *t)
