@@ -73,6 +73,7 @@ run: {t_end: 2}
 """,
     "soft": BEAM.format(g=-9.81, joint="{weld: yes, at: ground}", EI=30, more="stiffening: first", rest=""),
     "sided": SLIDE + "forces: {f: {joint: x, force: 'F - if(q(x) < 0, 100, 400)*q(x)'}}\n",
+    "halves": SLIDE + "forces: {f: {joint: x, force: 'F - 100*q(x) - if(qd(x) < 0, 2, -1)*qd(x)'}}\n",
     "fast": BEAM.format(g=0, joint="{name: A, revolute: z, at: ground}", EI=100, more="stiffening: none", rest="start: {qd: {A: 60}}\n"),
     "bent": COLUMN.replace("P", "-1, 6").replace("S", "{elastic: static}"),
     # It deflects by 0.16 of its length in the middle of the run, and by 0.013 of it at the end.
@@ -135,6 +136,7 @@ PROVOKED = [
     ("of a condition that changes at this state", "linearize sided.yaml", "s.linearize()"),
     ("of a condition that changes at this state", "response sided.yaml --inputs 'effort(x)' --frequencies 0.1:1:3", "s.response(inputs='effort(x)', frequencies='0.1:1:3')"),
     ("of a condition that changes at this state", "sensitivity sided.yaml --of equilibrium --parameters F --outputs 'q(x)'", ""),
+    ("the stability is not known, because motions grow on some sides", "equilibrium halves.yaml", "s.equilibrium()"),
     ("in instances %s: %s", "ensemble fast.yaml --sample qd.A=59:60 --instances 3", "m.ensemble(m.sample('qd.A=59:60', 3)).run()"),
     ("in instances %s: %s", "optimize fast.yaml --minimize 'q(A)' --parameter qd.A:50:60", "m.optimize(minimize='q(A)', parameters='qd.A:50:60')"),
     ("KMP_TURNS_AVERAGED", "simulate arm.yaml", "m.simulate()"),

@@ -165,7 +165,7 @@ bool kmp_least_change_init(kmp_least_change *c, kmp_evaluator *eval)
     const kmp_pattern *jac = &eval->system->jacobian;
     int n = eval->n, m = eval->m, places = n + m + 2 * jac->count;
     bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
-    *c = (kmp_least_change){.eval = eval};
+    *c = (kmp_least_change){.eval = eval, .scale = eval->system->scale};
     if (!KMP_ARENA_MAKE(&c->arena, KMP_ROOM(double, jac->count, &c->entry), KMP_ROOM(int, n + 1, &c->start),
                         KMP_ROOM(int, jac->count, &c->column), KMP_ROOM(double, n + m, &c->right),
                         KMP_ROOM(double, n, &c->dx), KMP_ROOM(double, large ? places : m *m, &c->matrix)))
@@ -233,7 +233,7 @@ static int place(void *self, double t, const double *q)
     evaluate(c, t, q);
     for (int e = 0; e < jac->count; e++) {
         bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_eval_counts(c->eval, jac->row[e]);
-        c->entry[e] = none ? 0 : c->eval->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
+        c->entry[e] = none ? 0 : c->eval->jacobian[e] * c->scale[jac->col[e]] / s->row_scale[jac->row[e]];
     }
     return damp(c, fmax(kmp_close_length(c->eval), KMP_LEAST_DAMPING));
 }
@@ -256,7 +256,7 @@ static bool correct(void *self, const double *violation, double *dx)
         double sum = 0;
         for (int a = c->start[k]; a < c->start[k + 1]; a++)
             sum += c->entry[c->column[a]] * y[s->jacobian.row[c->column[a]]];
-        dx[k] = sum * s->scale[k];
+        dx[k] = sum * c->scale[k];
     }
     return true;
 }
@@ -275,7 +275,7 @@ kmp_closer kmp_least_change_closer(kmp_least_change *c)
 {
     return (kmp_closer){.self = c,
                         .eval = c->eval,
-                        .scale = c->eval->system->scale,
+                        .scale = c->scale,
                         .count = c->eval->n,
                         .dx = c->dx,
                         .evaluate = evaluate,

@@ -52,6 +52,7 @@ typedef struct kmp_least_change {
     kmp_evaluator *eval;           /* not owned */
     kmp_rotation_vectors *vectors; /* not owned: rows of closures that align axes are these; NULL: their own */
     const bool *hold;              /* n, not owned: coordinates that stay; NULL: none */
+    const double *scale;           /* n, not owned: of coordinates; at first of the system */
     double *entry;       /* entries of the scaled J, in its order; zero for held coordinates and for rows that need not
                           * be met */
     int *start, *column; /* n + 1; entries column by column */

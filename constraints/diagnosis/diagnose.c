@@ -174,9 +174,12 @@ static void diagnosis_alternatives(kmp_examination *x)
  * along the tangent and is closed again; the turn of the tangent controls its length. A coordinate turns back where its
  * rate changes sign (its dead centre). Branches meet where the last pivot of J nearly vanishes (a change point). Both
  * are found to round-off. The motion ends when it returns to its start, angles modulo full turns with which the
- * closures hold at places on the way, too; otherwise it is followed in both directions. */
+ * closures hold at places on the way, too; otherwise it is followed in both directions. A coordinate that enters the
+ * closures linearly, as a motor behind a gear, is scaled to be no faster than all others: its turns need no
+ * steps. */
 
 enum { MOST_STEPS = 3000, MOST_FOR_LIMITS = 40, MOST_SAMPLES = 12 /* step 2^11 is the last one before MOST_STEPS */ };
+enum { LINEAR_PLACES = 3, TURN_STEPS = 4 };
 #define FIRST_STEP 0.05
 #define LONGEST    0.1
 #define APPROACH   0.5  /* largest step over the last pivot, near other branches */
@@ -187,6 +190,7 @@ enum { MOST_STEPS = 3000, MOST_FOR_LIMITS = 40, MOST_SAMPLES = 12 /* step 2^11 i
 #define SIDEWAYS   0.1   /* largest displacement by closing, over the step */
 #define NEAR       1e-2
 #define STANDS     1e-8 /* a coordinate with a smaller change does not move */
+#define TURNED     1e-7 /* scaled, of a coordinate whose turns are counted */
 #define RETURNED   1e-7 /* scaled |h| after full turns: above errors of closed places times some turns */
 #define TWO_PI     6.283185307179586
 
@@ -200,6 +204,7 @@ typedef struct trace {
     kmp_examination *x;
     kmp_limits *limits;
     int n;
+    double *unit;   /* n: scales of the walk as they were */
     double usual;   /* the largest last pivot so far */
     double *sample; /* MOST_SAMPLES x n: configurations after steps 1, 2, 4, .. */
     int sample_count;
@@ -221,7 +226,7 @@ static void tangent_at(trace *w, place *p, const double *like)
 /* Steps from `from` to `to` by h along the tangent; false if no closed state is close by. */
 static bool stride(trace *w, const place *from, double h, place *to)
 {
-    const double *scale = w->x->system->scale;
+    const double *scale = w->x->walk->scale;
     double sideways = 0;
     for (int k = 0; k < w->n; k++)
         to->q[k] = from->q[k] + h * from->tangent[k] * scale[k];
@@ -360,23 +365,65 @@ static bool turns_are_free(trace *w, const double *at)
     return !turns || most <= RETURNED;
 }
 
+/* The way of coordinate k from q to the start, modulo full turns. */
+static double way_to_start(const trace *w, int k, double q)
+{
+    const double off = w->start.q[k] - q;
+    return w->x->system->model->motions[k].rotation ? remainder(off, TWO_PI) : off;
+}
+
+/* True for a coordinate that is scaled because its columns of J are the same everywhere. */
+static bool is_slowed(const trace *w, int k)
+{
+    return w->x->walk->scale[k] > w->unit[k];
+}
+
+/* Comes to the place that is nearest to the start, where the turns of fast coordinates can be counted. *along: the way
+ * to it, nearly. False: these coordinates are not at the start there. */
+static bool count_turns(trace *w, double *along)
+{
+    for (int i = 0; i < TURN_STEPS; i++) {
+        double more = 0, square = 0;
+        if (!stride(w, &w->here, *along, &w->trial))
+            return false;
+        for (int k = 0; k < w->n; k++)
+            if (!is_slowed(w, k)) {
+                more += way_to_start(w, k, w->trial.q[k]) / w->unit[k] * w->trial.tangent[k];
+                square += w->trial.tangent[k] * w->trial.tangent[k];
+            }
+        *along += more / square;
+    }
+    for (int k = 0; k < w->n; k++) {
+        const double off = way_to_start(w, k, w->trial.q[k]);
+        if (is_slowed(w, k) && fabs(off) > TURNED * w->x->walk->scale[k])
+            return false;
+        w->trial.q[k] += off;
+    }
+    return true;
+}
+
 /* True if the step from here to next has passed the start, modulo full turns: next is then the start. */
 static bool came_back(trace *w)
 {
-    const kempe_system *s = w->x->system;
-    double along = 0, square = 0, h = w->next.arc - w->here.arc;
+    double along = 0, square = 0, whole = 0, h = w->next.arc - w->here.arc;
+    bool slowed = false;
     if (kmp_dot(w->n, w->start.tangent, w->next.tangent) < LEAST_DOT || w->here.arc < 2 * LONGEST)
         return false;
     for (int k = 0; k < w->n; k++) {
-        double off = w->start.q[k] - w->here.q[k];
-        if (s->model->motions[k].rotation)
-            off = remainder(off, TWO_PI);
+        double off = way_to_start(w, k, w->here.q[k]);
+        slowed = slowed || is_slowed(w, k);
+        if (is_slowed(w, k))
+            continue;
         w->trial.q[k] = w->here.q[k] + off;
-        off /= s->scale[k];
+        off /= w->unit[k];
         along += off * w->here.tangent[k];
         square += off * off;
+        whole += w->here.tangent[k] * w->here.tangent[k];
     }
-    if (along < -1e-12 || along > h + 1e-12 || square - along * along > 0.02 * h * h + 1e-16)
+    if (slowed)
+        along /= whole;
+    square -= slowed ? along * along * whole : along * along;
+    if (along < -1e-12 || along > h + 1e-12 || square > 0.02 * h * h + 1e-16 || (slowed && !count_turns(w, &along)))
         return false;
     if (!turns_are_free(w, w->trial.q)) {
         w->aperiodic = true;
@@ -426,6 +473,36 @@ static const char *trace_one_side(trace *w)
     return end_of_search(w);
 }
 
+/* Scales coordinates whose columns of J are the same everywhere. False: no memory. */
+static bool slow_linear_ones(trace *w)
+{
+    kmp_walk *walk = w->x->walk;
+    const int n = w->n, m = walk->m;
+    double *first = KMP_ARENA_NEW(w->x->arena, double, m *n), other = 0;
+    bool *linear = KMP_ARENA_NEW(w->x->arena, bool, n);
+    w->unit = kmp_arena_copy(w->x->arena, walk->scale, n, sizeof *walk->scale);
+    if (!first || !linear || !w->unit)
+        return false;
+    for (int k = 0; k < n; k++)
+        linear[k] = true;
+    for (int i = 0; i <= LINEAR_PLACES; i++) {
+        for (int k = 0; k < n; k++)
+            w->trial.q[k] = w->start.q[k] + i * (0.3 + 0.1 * (k % 7)) * walk->scale[k];
+        kmp_walk_evaluate(walk, w->trial.q);
+        for (int e = 0; e < m * n; e++) {
+            first[e] = i == 0 ? walk->jacobian[e] : first[e];
+            linear[e / m] = linear[e / m] && fabs(walk->jacobian[e] - first[e]) <= STANDS * fabs(first[e]);
+        }
+    }
+    for (int k = 0; k < n; k++)
+        other += linear[k] ? 0 : w->start.tangent[k] * w->start.tangent[k];
+    for (int k = 0; k < n && other > 0; k++) {
+        walk->scale[k] *= linear[k] ? fmax(1, fabs(w->start.tangent[k]) / sqrt(other)) : 1;
+        walk->least.scale = is_slowed(w, k) ? walk->scale : walk->least.scale;
+    }
+    return true;
+}
+
 static const char *why_not(const kmp_examination *x)
 {
     const kmp_diagnosis *d = x->diagnosis;
@@ -461,6 +538,10 @@ static void diagnosis_limits(kmp_examination *x)
         return;
     /* The start: the independent coordinate increases first. */
     memcpy(w.start.q, x->q, (size_t)w.n * sizeof *w.start.q);
+    kmp_walk_evaluate(x->walk, x->q);
+    tangent_at(&w, &w.start, w.start.tangent);
+    if (!slow_linear_ones(&w))
+        return;
     kmp_walk_evaluate(x->walk, x->q);
     tangent_at(&w, &w.start, w.start.tangent);
     if (w.start.tangent[x->part->u[0]] < 0)

@@ -720,6 +720,11 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
     return any;
 }
 
+bool kmp_friction_feels_sharing(const kmp_friction_run *x)
+{
+    return x && x->past.felt;
+}
+
 /* -- in a run ---------------------------------------------------------------------------------------------- */
 
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)

@@ -61,6 +61,9 @@ bool kmp_friction_is_loaded(const kempe_model *model);
 /** True while an element is regularised for a time; also without elements (NULL). */
 bool kmp_friction_is_smooth(const kmp_friction_run *x);
 
+/** True if the motion has depended on how redundant contacts share their loads; x may be NULL. */
+bool kmp_friction_feels_sharing(const kmp_friction_run *x);
+
 /** Decides on modes at t and the state (q, qd), whose rates are made consistent with the rows that are held. Chooses
  * rows and coordinates, and computes run->qdd and run->lambda. KEMPE_E_FAILED with a message where no modes are
  * possible. */

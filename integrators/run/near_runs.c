@@ -312,9 +312,12 @@ static kempe_status run_piece(near_runs *x, piece *p, int next, double to)
     const double from = p->spec.t_start;
     for (int attempts = 1;; attempts++) {
         KMP_TRY(kmp_made(x->s->context, set_times(x, p, next, to)));
-        KMP_TRY(attempt(x, p));
-        if (!take_reached(x, from, to))
-            return KEMPE_OK;
+        kmp_context_hold(x->s->context);
+        const kempe_status status = attempt(x, p);
+        const bool discarded = status == KEMPE_OK && take_reached(x, from, to);
+        kmp_context_release(x->s->context, !discarded);
+        if (!discarded)
+            return status;
         if (p->report.cut) { /* its rows may have passed through a contact */
             x->kept = 0;
             return KEMPE_OK;
@@ -385,6 +388,7 @@ static kempe_status run_pieces(near_runs *x, piece *p, double to, kmp_row_fn *ta
         if (p->status != KEMPE_OK || p->report.cut || p->spec.t_end >= spec->t_end)
             return p->status;
         p->spec.t_start = p->spec.t_end;
+        p->spec.continues = true;
         p->spec.work_start = x->row[width(x->s) - 1];
         p->spec.rate_scale = report->rate_scale;
         p->spec.limit_s = spec->limit_s > 0 ? fmax(spec->limit_s - report->cpu_s, DBL_MIN) : 0;

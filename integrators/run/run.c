@@ -333,7 +333,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     kempe_assembly_free(own);
     run->build_s = cpu_of(run) - begin_s;
     if (status != KEMPE_OK) {
-        status = kmp_runner_give_up(run, status, "the run could not be prepared", 0);
+        status = kmp_runner_give_up(run, status, "the run could not be prepared", spec->t_start);
     } else {
         status = kmp_runner_start(run, spec->t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
         run->events.t = spec->t_start;
@@ -610,7 +610,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->prescribed = run->solver && run->part.p == 0 && !run->sticking.friction;
     report->ended = run->events.ended;
     report->requested = run->events.requested;
-    report->t = run->solver ? kmp_runner_t(run) : 0;
+    report->t = run->solver ? kmp_runner_t(run) : run->spec.t_start;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;
     report->integrator = kmp_runner_integrator(run)->name;
@@ -708,7 +708,7 @@ kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec,
                            kmp_row_fn *row, void *user, kmp_run_report *report)
 {
     kmp_runner *run = NULL;
-    *report = (kmp_run_report){0};
+    *report = (kmp_run_report){.t = spec->t_start};
     const size_t heap = spec->parts > 0 ? 0 : kmp_heap_in_use(); /* which takes as long as the run of a small part */
     kempe_status status = kmp_runner_new(system, spec, start, &run);
     double begin_s = cpu_of(run), wall_s = kmp_wall_now();
@@ -735,7 +735,7 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
 {
     const struct kmp_island_systems *parts = NULL;
     kempe_assembly *own = NULL;
-    *report = (kmp_run_report){0};
+    *report = (kmp_run_report){.t = spec->t_start};
     KMP_TRY(kmp_island_systems_of(system, spec, &parts));
     if (!parts && !kmp_near_may_pay(system, spec))
         return kmp_run_whole(system, spec, start, row, user, report);

@@ -61,6 +61,7 @@ typedef struct kmp_run_spec {
 #undef KMP_RUN_OPTION
     double t_start;    /* 0, except for a run that continues from a state given as `start` */
     double work_start; /* of non-conservative forces until then */
+    bool continues;    /* the start is the end of an earlier run: rates jump there where closures switch */
     int time_count;    /* times of rows: ascending, within [t_start, t_end] */
     const double *times;
     const int *u; /* independent coordinates chosen by the user */

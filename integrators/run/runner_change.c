@@ -563,9 +563,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     KMP_TRY(switch_here(run, t, &energy, &gain, &same));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
-        kmp_run_log_add(run->log, "impact", t, before, after,
-                        "closures switch and the velocities jump: the kinetic energy falls by %.4g J, from %.4g J",
-                        -energy, before);
+        kmp_run_log_add(run->log, "impact", t, before, after, KMP_CLOSURES_SWITCH, -energy, before);
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h =
         kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->sticking.impacts));

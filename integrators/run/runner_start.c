@@ -106,14 +106,12 @@ bool kmp_runner_is_off(kmp_runner *run, double t, const double *q)
     return kmp_eval_residual(run->eval) > KMP_CLOSED_ENOUGH;
 }
 
-/* Checks that the closures allow the rates they demand: a coordinate cannot be driven at its dead centre. */
-static kempe_status check_rates(kmp_runner *run, const double *qd)
+/* True if the closures have these rates; otherwise a row, and by how much they differ. */
+static bool has_rates(kmp_runner *run, const double *qd, int *moved, double *off)
 {
     const kempe_system *s = run->s;
     double *rate = run->room.lambda, size = 1 / kmp_run_until(&run->spec), worst = 0;
     int row = 0;
-    if (!s->rheonomic)
-        return KEMPE_OK; /* the assembly has checked it */
     for (int r = 0; r < s->m; r++) {
         rate[r] = run->eval->h_t ? run->eval->h_t[r] : 0;
         size = fmax(size, fabs(rate[r]) / s->row_scale[r]);
@@ -124,8 +122,42 @@ static kempe_status check_rates(kmp_runner *run, const double *qd)
     kmp_eval_rates(run->eval, qd, rate);
     for (int r = 0; r < s->m; r++)
         worst = fmax(worst, fabs(rate[r]) / s->row_scale[r]);
-    if (worst <= KMP_CLOSED_START * size)
-        return KEMPE_OK;
+    *moved = row;
+    *off = worst;
+    return worst <= KMP_CLOSED_START * size;
+}
+
+/* Takes the rates that the closures have after an impact in which they switch. */
+static kempe_status switch_rates(kmp_runner *run, double t, double *q, double *qd)
+{
+    kmp_eval_mass(run->eval);
+    const double before = kmp_eval_kinetic(run->eval, qd);
+    KMP_TRY(kmp_runner_project(run, t, q, qd));
+    kmp_eval_mass(run->eval);
+    const double after = kmp_eval_kinetic(run->eval, qd);
+    run->spec.work_start += after - before;
+    run->balance.work = run->spec.work_start;
+    run->before.least = fmin(run->before.least, run->balance.work);
+    run->before.most = fmax(run->before.most, run->balance.work);
+    if (after < before)
+        kmp_run_log_add(run->log, "impact", t, before, after, KMP_CLOSURES_SWITCH, before - after, before);
+    return KEMPE_OK;
+}
+
+/* Checks that the closures allow the rates they demand: a coordinate cannot be driven at its dead centre. A run that
+ * continues may do so at a kink of a drive. */
+static kempe_status check_rates(kmp_runner *run, double t, double *q, double *qd)
+{
+    const kempe_system *s = run->s;
+    int row;
+    double worst;
+    if (!s->rheonomic || has_rates(run, qd, &row, &worst))
+        return KEMPE_OK; /* without time the assembly has checked it */
+    if (run->spec.continues) {
+        KMP_TRY(switch_rates(run, t, q, qd));
+        if (has_rates(run, qd, &row, &worst))
+            return KEMPE_OK;
+    }
     const char *name = kmp_runner_driven_by(s, row);
     return kmp_fail(s->context, KEMPE_E_FAILED,
                     "the rate prescribed by constraint equation '%s'%s%s%s is impossible at the start: %.3g of it "
@@ -474,7 +506,7 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
-    KMP_TRY(check_rates(run, qd));
+    KMP_TRY(check_rates(run, t, q, qd));
     if (!run->sticking.friction || has_modes(run))
         return kmp_runner_accelerate(run, t, q, qd);
     /* Modes are decided after impacts at the start. */

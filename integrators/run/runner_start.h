@@ -14,6 +14,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
  * run->room.state, the rows in run->part. */
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start);
 
+/** The line of the log when closures switch: the kinetic energy that is lost, and before. */
+#define KMP_CLOSURES_SWITCH "closures switch and the velocities jump: the kinetic energy falls by %.4g J, from %.4g J"
+
 /** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "platform/platform.h"
+#include <ctype.h>
 #include <errno.h>
 #include <kempe/cache.h>
 #include <kempe/settings.h>
@@ -36,6 +37,8 @@ struct kempe_context {
     int warning_count;
     bool doubted;    /* a warning of the current computation says that its result cannot be trusted */
     kmp_text doubts; /* such warnings, one per line */
+    bool holding;
+    kmp_text held; /* lines of an attempt, one per line after its level; DOUBTED: a doubt */
     atomic_int interrupt;
     kempe_progress_fn *progress; /* NULL: none */
     void *progress_user;
@@ -110,6 +113,7 @@ void kempe_context_free(kempe_context *context)
     kmp_text_free(&context->message);
     kmp_text_free(&context->warnings);
     kmp_text_free(&context->doubts);
+    kmp_text_free(&context->held);
     kmp_shown_units_free(context->shown);
     kmp_free(context->cache);
     kmp_free(context->own_left_out);
@@ -574,11 +578,55 @@ const char *kmp_context_doubts(const kempe_context *context)
     return context->doubts.s ? context->doubts.s : "";
 }
 
+static bool ends(const char *line)
+{
+    return *line == '\0' || *line == '\n';
+}
+
+static const char *skip_checkpoint(const char *line)
+{
+    const size_t length = sizeof KMP_BEFORE_CHECKPOINT - 1;
+    return strncmp(line, KMP_BEFORE_CHECKPOINT, length) == 0 ? line + length : line;
+}
+
+/* Skips a number, unless it is a part of a word. */
+static const char *skip_number(const char *line, char before)
+{
+    const char *at = line + (*line == '-');
+    if (*at < '0' || *at > '9' || isalnum((unsigned char)before) || before == '_' || before == '.')
+        return line;
+    return at + strspn(at, "0123456789.e+-");
+}
+
+/* True if two lines are equal, or say the same of two times: all but their numbers is equal, also what they quote. */
+static bool say_the_same(const char *a, const char *b)
+{
+    bool equal = true, timed = false, quoted = false;
+    char before = ' ';
+    for (a = skip_checkpoint(a), b = skip_checkpoint(b); !ends(a) && !ends(b);) {
+        const char *a_end = quoted ? a : skip_number(a, before), *b_end = quoted ? b : skip_number(b, before);
+        if (a_end > a && b_end > b) {
+            equal = equal && a_end - a == b_end - b && memcmp(a, b, (size_t)(a_end - a)) == 0;
+            before = '0';
+            a = a_end;
+            b = b_end;
+            continue;
+        }
+        if (*a != *b)
+            return false;
+        timed = timed || (!quoted && strncmp(a, " t = ", 5) == 0);
+        quoted = quoted != (*a == '\'');
+        before = *a;
+        a++;
+        b++;
+    }
+    return ends(a) && ends(b) && (equal || timed);
+}
+
 static bool has_line(const kmp_text *lines, const char *line)
 {
-    const size_t length = strlen(line);
     for (const char *at = lines->s ? lines->s : ""; *at; at += strcspn(at, "\n") + 1)
-        if (strncmp(at, line, length) == 0 && at[length] == '\n')
+        if (say_the_same(at, line))
             return true;
     return false;
 }
@@ -628,12 +676,49 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
 
 /* -- log --------------------------------------------------------------------------------------------- */
 
+enum { DOUBTED = 'd' }; /* in place of the level of a line */
+
 /* A line for the caller. A warning is kept, each once. */
-static void put_line(kempe_context *context, kempe_level level, kmp_text *line)
+static void put_line(kempe_context *context, char level, const char *line)
 {
-    if (!line->failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line->s)) && context->log)
-        context->log(context->user, level, line->s);
+    const bool doubted = level == DOUBTED;
+    const kempe_level own = doubted ? KEMPE_LOG_WARNING : (kempe_level)(level - '0');
+    if (doubted && context->warning_count < KMP_MOST_WARNINGS && !has_line(&context->doubts, line))
+        kmp_text_printf(&context->doubts, "%s\n", line);
+    context->doubted = context->doubted || doubted;
+    if ((own != KEMPE_LOG_WARNING || keep_warning(context, line)) && context->log)
+        context->log(context->user, own, line);
+}
+
+/* The same, unless an attempt keeps it. */
+static void take_line(kempe_context *context, char level, kmp_text *line)
+{
+    if (context->holding && level - '0' != KEMPE_LOG_PROGRESS)
+        kmp_text_printf(&context->held, "%c%s\n", level, line->failed ? "" : line->s);
+    else if (!line->failed)
+        put_line(context, level, line->s);
+    else
+        context->doubted = context->doubted || level == DOUBTED;
     kmp_text_free(line);
+}
+
+void kmp_context_hold(kempe_context *context)
+{
+    context->holding = true;
+}
+
+void kmp_context_release(kempe_context *context, bool keep)
+{
+    context->holding = false;
+    char *at = keep && !context->held.failed ? context->held.s : NULL;
+    context->doubted = context->doubted || (keep && context->held.failed); /* its lines are lost */
+    while (at && *at) {
+        char *end = at + strcspn(at, "\n");
+        *end = '\0';
+        put_line(context, *at, at + 1);
+        at = end + 1;
+    }
+    kmp_text_free(&context->held);
 }
 
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
@@ -644,20 +729,17 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
     flatten(&line, 0);
-    put_line(context, level, &line);
+    take_line(context, (char)('0' + level), &line);
 }
 
 void kmp_doubt(kempe_context *context, const char *format, ...)
 {
     if (context->quiet)
         return;
-    context->doubted = true;
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
     flatten(&line, 0);
-    if (!line.failed && context->warning_count < KMP_MOST_WARNINGS && !has_line(&context->doubts, line.s))
-        kmp_text_printf(&context->doubts, "%s\n", line.s);
-    put_line(context, KEMPE_LOG_WARNING, &line);
+    take_line(context, DOUBTED, &line);
 }
 
 void kmp_context_recall(kempe_context *context, const char *line, bool doubts)

@@ -162,8 +162,9 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
 bool kmp_context_quiet(kempe_context *context, bool quiet);
 bool kmp_context_is_quiet(const kempe_context *context);
 
-/** Warnings since the computation began, one a line, each once and no more than KMP_MOST_WARNINGS; "" when there are
- * none. To be freed with kmp_free; NULL: no memory. */
+/** Warnings since the computation began, one a line, each once and no more than KMP_MOST_WARNINGS. One that has a time
+ * is there once, at its first time, whatever its other numbers; "" when there are none. To be freed with kmp_free;
+ * NULL: no memory. */
 enum { KMP_MOST_WARNINGS = 100 };
 char *kmp_context_warnings(const kempe_context *context);
 
@@ -177,6 +178,16 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
  * the status "not trustworthy". A warning that leaves the result right is kmp_log. The reader of a model keeps
  * its doubts as notes (model/read/read_include.c), which each computation with the model takes up. */
 void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** Begins the words of a doubt of a run whose rows come from a checkpoint. */
+#define KMP_BEFORE_CHECKPOINT "before the checkpoint: "
+
+/** Keeps what is logged and doubted from now on apart, until it is known whether it belongs to the result: an attempt
+ * may be discarded. Progress is not kept. No other attempt may be under way. */
+void kmp_context_hold(kempe_context *context);
+
+/** Ends this: logs what was kept, or, unless `keep`, forgets it. */
+void kmp_context_release(kempe_context *context, bool keep);
 
 /** The end of each public study: the status that the caller gets, KEMPE_UNTRUSTED in place of KEMPE_OK where kmp_doubt
  * was called since the computation began. While quiet the computation is a part of another one, which judges itself. */

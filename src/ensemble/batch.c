@@ -427,7 +427,7 @@ static kempe_outcome outcome_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
     bool doubted = b->ensemble->doubted || b->work.doubted || b->results[k].unstable ||
-                   !kmp_convergence_holds(&b->again[k]) || b->results[k].deflects;
+                   !kmp_convergence_holds(&b->again[k]) || b->results[k].deflects || b->results[k].shares;
     return kmp_outcome_of(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
@@ -695,8 +695,10 @@ static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
                        r->h, r->hdot, r->drift);
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-    const bool deflects = r->deflects && kmp_convergence_holds(again);
-    const char *verdict = deflects ? KMP_DEFLECTED_FAR : kmp_convergence_word(again);
+    const bool holds = kmp_convergence_holds(again);
+    const char *verdict = holds && r->deflects ? KMP_DEFLECTED_FAR
+                          : holds && r->shares ? KMP_LOADS_SHARED
+                                               : kmp_convergence_word(again);
     const char *start = r->unstable        ? KMP_BALANCE_UNSTABLE
                         : r->leaves        ? KMP_EQUILIBRIUM_UNSTABLE
                         : r->rates_changed ? KMP_RATES_ADJUSTED

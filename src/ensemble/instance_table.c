@@ -85,10 +85,13 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
         const char *word = word_of(t, row, verdict);
         double by = strcmp(word, "not converged") == 0 ? kempe_table_number(t, row, difference) : INFINITY;
         const bool deflected = strcmp(word, KMP_DEFLECTED_FAR) == 0;
-        s.repeated += deflected ? isfinite(kempe_table_number(t, row, difference)) : *word != '\0';
+        const bool shared = strcmp(word, KMP_LOADS_SHARED) == 0;
+        s.repeated += deflected || shared ? isfinite(kempe_table_number(t, row, difference)) : *word != '\0';
         if (deflected && s.deflected++ == 0)
             s.first_deflected = first + row;
-        if (deflected)
+        if (shared && s.shared++ == 0)
+            s.first_shared = first + row;
+        if (deflected || shared)
             continue;
         if (!*word || strcmp(word, "converged") == 0)
             continue;
@@ -112,6 +115,8 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
         s->first_leaving = part->first_leaving;
     if (part->deflected > 0 && (s->deflected == 0 || part->first_deflected < s->first_deflected))
         s->first_deflected = part->first_deflected;
+    if (part->shared > 0 && (s->shared == 0 || part->first_shared < s->first_shared))
+        s->first_shared = part->first_shared;
     if (part->not_converged > 0 && (s->not_converged == 0 || part->difference > s->difference)) {
         s->worst = part->worst;
         s->difference = part->difference;
@@ -134,6 +139,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     s->unstable += part->unstable;
     s->leaving += part->leaving;
     s->deflected += part->deflected;
+    s->shared += part->shared;
     s->repeated += part->repeated;
     s->not_converged += part->not_converged;
 }
@@ -181,6 +187,11 @@ static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
             "do not trust %ld of %ld instances: a flexible body of instance %ld deflects by more than %.1f of "
             "its length; divide it into 'segments'\n",
             s->deflected, s->count, s->first_deflected + 1, KMP_DEFLECTION_LARGE);
+    if (s->shared > 0)
+        kmp_text_printf(text,
+                        "do not trust %ld of %ld instances, the first is instance %ld: redundant contacts share their "
+                        "loads, and the motion depends on how\n",
+                        s->shared, s->count, s->first_shared + 1);
     if (s->not_converged > 0 && isinf(s->difference))
         kmp_text_printf(text,
                         "do not trust %ld of %ld instances: at another rtol the run of instance %ld did not reach its "
@@ -206,7 +217,7 @@ void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
     put_remarks(text, s);
     put_ended(text, s);
     put_doubts(text, s);
-    if (s->distrusted > s->unstable + s->deflected + s->not_converged)
+    if (s->distrusted > s->unstable + s->deflected + s->shared + s->not_converged)
         kmp_instances_put_distrusted(text, s);
 }
 

@@ -16,6 +16,7 @@ typedef struct kmp_instance_sums {
     long unstable, first_unstable;     /* starts in a balance that is not stable, likewise */
     long leaving, first_leaving;       /* starts at an unstable equilibrium, likewise */
     long deflected, first_deflected;   /* whose flexible bodies deflect too far, likewise */
+    long shared, first_shared;         /* whose motions depend on how redundant contacts share loads, likewise */
     long repeated, not_converged;      /* with a verdict of the convergence check */
     long worst;                        /* number of the one that differs most among the ones that have not converged */
     double difference;                 /* of that one; infinite: its other run did not reach its end */
@@ -48,6 +49,8 @@ kempe_outcome kmp_instances_outcome(const kmp_instance_sums *sums);
  * for.
  */
 #define KMP_DEFLECTED_FAR "deflected too far"
+/** The word where friction makes the motion depend on how redundant contacts share their loads. */
+#define KMP_LOADS_SHARED "loads not unique"
 
 /** Says how many instances of a finished run cannot be trusted, and where the reasons are. */
 void kmp_instances_put_distrusted(kmp_text *text, const kmp_instance_sums *sums);

@@ -993,6 +993,15 @@ class Kinematics(Case):
         self.assertEqual([float(row["qd.crank"]) for row in rows], [2] * 9)
         self.assertIn("velocity.coupler.P.y", rows[0])
 
+    def test_forces_are_omitted_where_they_are_asked_for(self):
+        """A model that names no outputs has lambda among its own, which nobody has asked for."""
+        model = ("kempe: 1\nbodies:\n  a: {joint: {name: A, prismatic: x, at: ground}, mass: 1}\n  b: {joint: {name: B, prismatic: y, at: ground}, mass: 1}\n"
+                 "loops: {c: {constraint: q(A) - q(B)}}\nrun: {%s}\n")
+        for outputs, left_out in (("t_end: 1", []), ("t_end: 1, outputs: [q, lambda]", ["lambda"])):
+            path = self.model(model % outputs)
+            self.assertEqual("omitted, because" in self.expect(0, "kinematics", path, "--sweep", "A=0:1:3").stdout, bool(left_out))
+            self.assertEqual(self.object(0, "kinematics", path, "--sweep", "A=0:1:3")["left_out"], left_out)
+
     def test_dead_centres(self):
         result = self.object(1, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
                              "--release", "motor", "--svg", "half.svg", "-o", "half.csv")
@@ -1819,15 +1828,23 @@ class Check(Case):
         self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
 
     def test_one_end_of_a_range(self):
-        """Behind a worm the crank is followed over a part of a turn: the rocker has one dead centre there, and no other end."""
+        """Along a parabola the motion does not end: its height has one dead centre, and no other end."""
+        path = self.model("kempe: 1\nbodies:\n  a: {joint: {name: A, prismatic: x, at: ground}, mass: 1}\n  b: {joint: {name: B, prismatic: y, at: ground}, mass: 1}\n"
+                          "loops: {c: {constraint: q(B) - q(A)^2}}\nstart: {q: {A: 0.5}}\n")
+        text = self.expect(0, "check", path).stdout
+        self.assertRegex(text, r"(?m)^ +B +followed from 0 to \S+ m, the (first|second) a dead centre$")
+        self.assertNotIn("oscillates", text)
+
+    def test_a_worm_ends_no_search(self):
+        """Behind a worm the rotor turns sixty times in a cycle."""
         path = self.model((ROOT / "examples/four_bar/four_bar.yaml").read_text() +
                           "\ninclude: [{file: worm.yaml}]\n")
         (self.folder / "worm.yaml").write_text(
             "kempe: 1\nbodies: {rotor: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
             "loops: {worm: {coupler: {rotor: 1, crank: -60}}}\n")
         text = self.expect(0, "check", path).stdout
-        self.assertRegex(text, r"(?m)^ +rocker +followed from \S+ to \S+ rad, the (first|second) a dead centre$")
-        self.assertNotIn("oscillates", text)
+        self.assertRegex(text, r"(?m)^ +rotor +rotates fully, 60 times in a cycle$")
+        self.assertRegex(text, r"(?m)^ +rocker +oscillates between ")
 
     def test_what_does_not_assemble(self):
         bar = "{name: %s, revolute: z, at: %s}, mass: 1, inertia: {zz: 1}, points: {E: [%s, 0, 0]}}"
@@ -3666,7 +3683,28 @@ run: {t_end: 20, outputs: [q, acceleration(car.P), sensor(worse)]}
         self.assertIn("the run stops before its end: the mechanism reaches a limit position", said)
 
 
+class Units(Case):
+    def test_derivatives_of_inputs(self):
+        """An input has derivatives where a closure reads it."""
+        path = self.model("kempe: 1\ninputs: {u: {default: 0}, F: {default: 1, unit: N}}\n"
+                          "bodies:\n  a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n  b: {joint: {name: y, prismatic: x, at: ground}, mass: 1}\n"
+                          "drives: {d: {joint: x, displacement: u}}\nforces: {f: {joint: y, force: 'F + u'}}\nrun: {t_end: 1}\n")
+        for version in (2, 3):
+            self.expect(0, "fmu", path, "-o", f"unit{version}.fmu", "--fmi", version)
+            with zipfile.ZipFile(self.folder / f"unit{version}.fmu") as unit:
+                root = ElementTree.fromstring(unit.read("modelDescription.xml"))
+            self.assertEqual([v.get("name") for v in root.iter() if v.get("causality") == "input"], ["u", "u.d", "u.dd", "F"])
+
+
 class Show(Case):
+    def test_the_start_of_deformations(self):
+        model = ("kempe: 1\nbodies:\n  rod:\n    joint: {weld: yes, at: ground}\n    flexible: {beam: {length: 2, rhoA: 3, EIz: 300}, shapes: {y: 2}}\n"
+                 "    points: {tip: {station: 2}}\n%srun: {t_end: 0.1}\n")
+        for word in ("held", "free", "static"):
+            self.assertEqual(self.object(0, "show", self.model(model % f"start: {{elastic: {word}}}\n"))["start"]["elastic"], word)
+        self.assertEqual(self.object(0, "show", self.model(model % ""))["start"]["elastic"], "held")
+        self.assertNotIn("elastic", self.object(0, "show", ANDREWS)["start"])
+
     def test_views(self):
         for view in ("--model", "--equations", "--program", "--stats"):
             self.assertNotEqual(self.expect(0, "show", ANDREWS, view).stdout, "")

@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A checkpoint is taken whole or not at all: any byte of it that is changed, left out or put in makes it no
- * checkpoint, and so does every other length. */
+ * checkpoint, and so does every other length. A run goes on from it as if it had not ended, also at the kink of a
+ * drive.
+ */
+#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/kempe.h>
 #include <kempe/settings.h>
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 static char path[] = "/tmp/kempe_checkpoint_XXXXXX";
@@ -118,6 +123,70 @@ static void it_belongs_to_its_start(void)
     unload(&l);
 }
 
+/* The result of a run until t_end, from the file if it resumes. */
+static kempe_trajectory *run_on(const loaded *l, double t_end, bool resumes, const char *formulation, kempe_status want)
+{
+    kempe_run_options run = {.t_end = t_end, .checkpoint = resumes ? NULL : path, .resume = resumes ? path : NULL};
+    kempe_trajectory *t = NULL;
+    run.formulation = formulation;
+    CHECK(kempe_simulate(l->system, &run, &t) == want);
+    return t;
+}
+
+/* At the kink of a drive the state of the file is before the jump of the rates: the run goes on behind it. */
+static void a_kink_is_passed(void)
+{
+    static const char *const formulations[] = {NULL, "projected", "dae"};
+    static const char *const drives[] = {"if(t < 1, 0, t - 1)", "max(0, t - 1)", "if(t < 1, t^2, 2 - t)"};
+    for (size_t k = 0; k < sizeof drives / sizeof *drives; k++)
+        for (size_t i = 0; i < sizeof formulations / sizeof *formulations; i++) {
+            static char text[1024];
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\n"
+                           "gravity: [0, -9.81, 0]\n"
+                           "bodies:\n"
+                           "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                           "  rod: {joint: {name: A, revolute: z, at: cart.P}, mass: 1, com: [0, -0.5, 0], inertia: "
+                           "{zz: 0.1}}\n"
+                           "drives: {d: {joint: x, displacement: '%s'}}\n",
+                           drives[k]);
+            loaded l = load_text(text);
+            kempe_trajectory *whole = run_on(&l, 2, false, formulations[i], KEMPE_OK);
+            kempe_trajectory_free(run_on(&l, 1, false, formulations[i], KEMPE_OK));
+            kempe_trajectory *rest = run_on(&l, 2, true, formulations[i], KEMPE_OK);
+            const double *q = whole ? kempe_trajectory_q(whole, kempe_trajectory_row_count(whole) - 1) : NULL;
+            const double *after = rest ? kempe_trajectory_q(rest, kempe_trajectory_row_count(rest) - 1) : NULL;
+            CHECK(q && after && fabs(q[1]) > 0.05);
+            CHECK(q && after && fabs(q[0] - after[0]) < 1e-6 && fabs(q[1] - after[1]) < 1e-6);
+            kempe_trajectory_free(whole);
+            kempe_trajectory_free(rest);
+            unload(&l);
+        }
+}
+
+static int count(const char *text, const char *word)
+{
+    int found = 0;
+    for (const char *at = text; (at = strstr(at, word)); at++)
+        found++;
+    return found;
+}
+
+/* A reason for doubt before the checkpoint is not said again of a later time; another reason is. */
+static void a_doubt_is_said_once(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "tables: {a: {x: [0, 1, 2, 3], y: [0, 1, 2, 3.5]}, b: {x: [0, 2, 4, 5], y: [0, 1, 2, 3]}}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                         "forces: {f: {joint: x, force: 'a(t) + b(t)'}}\n");
+    kempe_trajectory_free(run_on(&l, 4, false, NULL, KEMPE_UNTRUSTED));
+    kempe_trajectory_free(run_on(&l, 6, true, NULL, KEMPE_UNTRUSTED));
+    const char *doubts = kmp_context_doubts(l.context);
+    CHECK(count(doubts, "\n") == 2 && count(doubts, "table 'a'") == 1 && count(doubts, "table 'b'") == 1);
+    CHECK(strncmp(doubts, KMP_BEFORE_CHECKPOINT, strlen(KMP_BEFORE_CHECKPOINT)) == 0);
+    unload(&l);
+}
+
 int main(void)
 {
     int file = mkstemp(path);
@@ -126,6 +195,8 @@ int main(void)
     TEST(no_byte_may_differ);
     TEST(it_belongs_to_its_parameters);
     TEST(it_belongs_to_its_start);
+    TEST(a_kink_is_passed);
+    TEST(a_doubt_is_said_once);
     (void)unlink(path);
     return check_report();
 }

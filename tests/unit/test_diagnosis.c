@@ -553,6 +553,45 @@ static void the_modes_of_a_platform_on_three_legs(void)
     modes_of_platform((const double[]){4.56, 3.31, 4.8}, 0.7, 6);
 }
 
+/* A motor behind a gear turns many times in a cycle: the search counts its turns, and ends at none of them. */
+static void a_fast_motor_ends_no_search(void)
+{
+    static const struct {
+        double ratio, crank;
+        int turns, cycles; /* of the motor and the crank; 0: they oscillate */
+    } cases[] = {{5, 0.3, 5, 1},       {50, 0.3, 50, 1},     {-500, 0.3, -500, 1},
+                 {5000, 0.3, 5000, 1}, {50.25, 0.3, 201, 4}, {500, 0.8, 0, 0}};
+    for (int k = 0; k < (int)(sizeof cases / sizeof *cases); k++) {
+        static char text[1024];
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\n"
+            "ground: {points: {O: [0, 0, 0], P: [1, 0, 0], M: [0, -1, 0]}}\n"
+            "bodies:\n"
+            "  crank: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 0.01}, points: {B: "
+            "[%g, 0, 0]}}\n"
+            "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.01}, points: {C: "
+            "[%g, 0, 0]}}\n"
+            "  rocker: {joint: {name: D, revolute: z, at: ground.P}, mass: 1, inertia: {zz: 0.01}, points: {C: "
+            "[0.7, 0, 0]}}\n"
+            "  motor: {joint: {name: M, revolute: z, at: ground.M}, mass: 1, inertia: {zz: 0.001}}\n"
+            "loops: {C: {ball: [rod.C, rocker.C]}, g: {constraint: 'q(M) - %g*(q(A) - 1)'}}\n"
+            "start: {q: {A: 1, B: -0.7, D: 1.8}, hold: [A]}\n",
+            cases[k].crank, cases[k].crank < 0.5 ? 0.9 : 0.4, cases[k].ratio);
+        patient p = admit_text(text, KEMPE_OK);
+        const kmp_limits *l = &p.check->diagnosis.limits;
+        const kmp_coordinate_range *crank = &l->range[0], *motor = &l->range[3];
+        CHECK(l->walked && l->cycle && !l->ended);
+        CHECK(abs(motor->turns) == abs(cases[k].turns) && abs(crank->turns) == cases[k].cycles);
+        CHECK(l->range[2].low_dead && l->range[2].high_dead);
+        if (cases[k].turns == 0) {
+            CHECK(motor->low_dead && motor->high_dead);
+            CHECK_NEAR(motor->high - motor->low, cases[k].ratio * (crank->high - crank->low), 1e-6);
+        }
+        dismiss(&p);
+    }
+}
+
 int main(void)
 {
     TEST(healthy_mechanisms);
@@ -572,5 +611,6 @@ int main(void)
     TEST(two_modes_of_a_dyad);
     TEST(the_modes_of_andrews_are_those_of_its_dyads);
     TEST(the_modes_of_a_platform_on_three_legs);
+    TEST(a_fast_motor_ends_no_search);
     return check_report();
 }

@@ -166,11 +166,49 @@ static void rows_are_exchanged_in_time(void)
     unload(&bennett);
 }
 
+/* A name of a function of time stands for it in a drive, to the last bit, also with kinks. */
+static void named_functions_of_time(void)
+{
+    static const char *const laws[][2] = {{"0.1*sin(w)", "0.1*sin(2*pi*t)"},
+                                          {"0.1*sin(w) + tb(t)*u", "0.1*sin(2*pi*t) + tb(t)*u"},
+                                          {"max(0, w - 6)/10", "max(0, 2*pi*t - 6)/10"},
+                                          {"if(w < 6, 0, w - 6)", "if(2*pi*t < 6, 0, 2*pi*t - 6)"}};
+    for (size_t k = 0; k < sizeof laws / sizeof *laws; k++) {
+        double end[2][2] = {{0}};
+        for (int named = 0; named < 2; named++) {
+            static char text[1024];
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\n"
+                           "gravity: [0, -9.81, 0]\n"
+                           "inputs: {u: {default: 0.5}}\n"
+                           "tables: {tb: {x: [0, 1, 2], y: [0, 1, 3]}}\n"
+                           "algebraic: {w: 2*pi*t, z: '%s'}\n"
+                           "bodies:\n"
+                           "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                           "  rod: {joint: {name: A, revolute: z, at: cart.P}, mass: 1, com: [0, -0.5, 0], inertia: "
+                           "{zz: 0.1}}\n"
+                           "drives: {d: {joint: x, displacement: '%s'}}\n",
+                           laws[k][0], named ? "z" : laws[k][1]);
+            loaded own = load_text(text);
+            kempe_run_options run = {.t_end = 1.5};
+            kempe_trajectory *t = NULL;
+            CHECK(own.system && kempe_simulate(own.system, &run, &t) == KEMPE_OK);
+            const double *q = t ? kempe_trajectory_q(t, kempe_trajectory_row_count(t) - 1) : NULL;
+            for (int i = 0; q && i < 2; i++)
+                end[named][i] = q[i];
+            kempe_trajectory_free(t);
+            unload(&own);
+        }
+        CHECK(end[0][0] == end[1][0] && end[0][1] == end[1][1] && fabs(end[0][1]) > 1e-3);
+    }
+}
+
 int main(void)
 {
     TEST(driven_slider_crank);
     TEST(jack);
     TEST(truss);
     TEST(rows_are_exchanged_in_time);
+    TEST(named_functions_of_time);
     return check_report();
 }

@@ -67,6 +67,12 @@ static const char *const thrown = "kempe: 1\n"
                                   "forces: {push: {joint: x, force: 2*a}}\n"
                                   "start: {q: {x: 0}, qd: {x: 1}}\n";
 
+static const char *const pushed_twice = "kempe: 1\n"
+                                        "parameters: {a: 1, b: 0}\n"
+                                        "bodies: {ball: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                                        "forces: {push: {joint: x, force: 2*(a + b)}}\n"
+                                        "start: {q: {x: 0}, qd: {x: 1}}\n";
+
 enum { THROWS = 10 };
 
 /* x = v t + a t^2 / 2 with fixed noise: v and a by the 2 x 2 normal equations. */
@@ -105,6 +111,16 @@ static void agrees_with_normal_equations(void)
     CHECK_NEAR(cell(fit, "columns", 0, "rms"), sqrt(sum / THROWS), 1e-8);
     CHECK_NEAR(cell(fit, "rows", 3, "q.x.residual"), cells[3][1] - v * cells[3][0] - a * cells[3][0] * cells[3][0] / 2,
                1e-7);
+    kempe_fit_free(fit);
+    unload(&l);
+
+    /* Two parameters that the data determines together are one combination: the error of v remains. */
+    l = load_text(pushed_twice);
+    CHECK(fit_with(&l, (kempe_fit_options){.parameters = "qd.x,a:-100:100,b:-100:100"}, &fit) == KEMPE_OK);
+    CHECK(kempe_fit_rank(fit) == 2 && has_state(fit, 1, "open") && has_state(fit, 2, "open"));
+    CHECK_NEAR(kempe_fit_value(fit, 0), v, 1e-7);
+    CHECK_NEAR(kempe_fit_error(fit, 0), sqrt(s2 * m22 / det), 1e-7);
+    CHECK_NEAR(kempe_fit_high(fit, 0) - kempe_fit_value(fit, 0), student * sqrt(s2 * m22 / det), 1e-7);
     kempe_fit_free(fit);
     unload(&l);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Runs with many contacts that leave out, for a while, those that the motion cannot reach: the same motion, impacts and
  * log as with all of them, also where a contact comes near that was not foreseen. */
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/validity.h"
 #include "integrators/run/events.h"
@@ -139,6 +140,26 @@ static void unforeseen(void)
               "forces: {f: {joint: j0.1, force: \"if(t > 0.2, 4000*exp(-((t - 0.22)/0.004)^2), 0)\"}}\n");
     put(&s, "run: {t_end: 0.35}\n");
     CHECK(both(&s, 1e-6) > 5);
+}
+
+/* The words of a motion are those of its attempts that count, each once: a table that every piece leaves, and one that
+ * only a motion through walls would leave. */
+static void words_of_attempts(void)
+{
+    static run_rows all;
+    put_balls(&s, "[0, 0, 0]", "restitution: 1, friction: 0.2",
+              "tables: {late: {x: [0, 0.1], y: [0, 1e-9], method: linear}, far: {x: [-0.1, 2.1], y: [0, 1e-9], method: "
+              "linear}}\n"
+              "forces: {f: {joint: j0.1, force: \"if(t > 0.2, 40000*exp(-((t - 0.22)/0.004)^2), 0) + late(t) + "
+              "far(q(j0.1))\"}}\n");
+    put(&s, "run: {t_end: 0.26}\n");
+    loaded l = load_text(s.text);
+    simulate(&l, false, ROWS, NULL, &all);
+    CHECK(all.status == KEMPE_OK);
+    const char *doubts = kmp_context_doubts(l.context), *first = strstr(doubts, "table 'late'");
+    CHECK(first && !strstr(first + 1, "table 'late'"));
+    CHECK(!strstr(doubts, "table 'far'"));
+    unload(&l);
 }
 
 /* Rows at other times are of the same motion, and the log has its impacts in the order of their times. */
@@ -293,6 +314,7 @@ int main(void)
 {
     TEST(with_friction);
     TEST(unforeseen);
+    TEST(words_of_attempts);
     TEST(rows_and_log);
     TEST(one_that_fails);
     TEST(with_a_past);

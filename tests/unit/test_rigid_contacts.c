@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rigid contacts with restitution, against the digits of bench/machines/contact_digits.py. */
 #include "ways.h"
+#include <kempe/ensemble.h>
 #include <kempe/inverse.h>
 #include <kempe/kinematics.h>
 #include <math.h>
@@ -636,10 +637,55 @@ static void at_rest_for_an_instant(void)
     unload(&l);
 }
 
+/* A block on three feet with different friction: only where it slides does its motion depend on how they share its
+ * weight, in lanes, in the lane of one instance, and in separate runs. */
+static void instances_with_shared_loads(void)
+{
+    static const char *const names[] = {"v"};
+    static const double values[] = {0, 0, 3, 0, 2};
+    for (int how = 0; how < 3; how++) {
+        loaded l =
+            load_text("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {v: 3}\nground: {points: {O: [0, 0, 0]}}\n"
+                      "bodies: {b: {joint: {name: j, planar: z, at: ground}, mass: 2, inertia: {zz: 0.1}, points: "
+                      "{A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}}\n"
+                      "contacts:\n"
+                      "  A: {point: b.A, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.1}\n"
+                      "  B: {point: b.B, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.5}\n"
+                      "  C: {point: b.C, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.1}\n"
+                      "start: {qd: {j.1: v}}\nrun: {t_end: 0.2}\n");
+        kempe_run_options run = {.integrator = how == 2 ? "radau" : NULL};
+        kempe_values *set = NULL;
+        kempe_ensemble *e = NULL;
+        kempe_ensemble_result *batch = NULL;
+        kempe_table *table = NULL;
+        char *text = NULL;
+        CHECK(l.model && kempe_values_new(l.model, 1, names, 5, values, &set) == KEMPE_OK &&
+              kempe_ensemble_new(l.model, set, &e) == KEMPE_OK &&
+              kempe_ensemble_run(e, &run, how == 1, &batch) == KEMPE_UNTRUSTED);
+        CHECK(batch && kempe_ensemble_result_table(batch, "instances", &table) == KEMPE_OK);
+        for (int k = 0; k < 5 && table; k++) {
+            const bool slides = values[k] > 0;
+            CHECK(kempe_ensemble_result_outcome(batch, k) ==
+                  (slides ? KEMPE_OUTCOME_NOT_TRUSTWORTHY : KEMPE_OUTCOME_COMPLETE));
+            CHECK_TEXT(kempe_table_word(table, k, kempe_table_find(table, "verdict")),
+                       slides ? "loads not unique" : "converged");
+        }
+        CHECK(batch && kempe_ensemble_result_print(batch, KEMPE_TEXT, &text) == KEMPE_OK);
+        CHECK(text && strstr(text, "do not trust 2 of 5 instances, the first is instance 3"));
+        kempe_text_free(text);
+        kempe_table_free(table);
+        kempe_ensemble_result_free(batch);
+        kempe_ensemble_free(e);
+        kempe_values_free(set);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(stop);
     TEST(singular_decision);
+    TEST(instances_with_shared_loads);
     TEST(stop_before_friction);
     TEST(modes_at_any_tolerance);
     TEST(point_on_plane);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small motions at a state where a condition changes: a spring that is stiffer in one direction has no frequency, but a
- * condition that changes no matrix leaves the result as it is. */
+ * condition that changes no matrix leaves the result as it is. An equilibrium is stable if it is so on all sides. */
 #include "loaded.h"
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
@@ -126,10 +126,68 @@ static void unloaded_teeth_are_a_spring(void)
     unload(&l);
 }
 
+/* Laws with the word of their equilibrium at 0: a motion that leaves on one side decides, and growth on one side that
+ * returns on the other decides nothing. */
+static void stability_is_of_all_sides(void)
+{
+    static const struct {
+        const char *law, *word;
+    } cases[] = {
+        {"-if(q(x) < 0, -50, 100)*q(x) - qd(x)", "unstable"},
+        {"-if(q(x) < 0, 100, -50)*q(x) - qd(x)", "unstable"},
+        {"-if(q(x) < 0, 100, 400)*q(x) - qd(x)", "stable"},
+        {"-if(q(x) < 0, 100, 0)*q(x) - qd(x)", "neutral"},
+        {"-if(q(x) < 0, 0, 100)*q(x) - qd(x)", "neutral"},
+        {"-50*abs(q(x))", "unstable"},
+        {"50*abs(q(x))", "unstable"},
+        {"-100*q(x) - 150*min(q(x), 0) - qd(x)", "stable"},
+        {"-100*q(x) + 150*min(q(x), 0) - qd(x)", "unstable"},
+        {"-100*q(x) - if(qd(x) < 0, 2, -1)*qd(x)", "undecided"},
+        {"-100*q(x) - if(qd(x) < 0, -1, 2)*qd(x)", "undecided"},
+    };
+    for (int k = 0; k < (int)(sizeof cases / sizeof *cases); k++) {
+        loaded l = load_law(cases[k].law);
+        kempe_equilibrium *rest = NULL;
+        const bool open = strcmp(cases[k].word, "undecided") == 0;
+        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &rest) == (open ? KEMPE_UNTRUSTED : KEMPE_OK));
+        CHECK_TEXT(rest ? kempe_equilibrium_stability(rest, 0) : "", cases[k].word);
+        CHECK(!rest || !open || kempe_equilibrium_is_stable(rest, 0) == -1);
+        kempe_equilibrium_free(rest);
+        unload(&l);
+    }
+}
+
+/* Two coordinates and a closure: the sprung arm of a loop that is pushed over on one side of its middle. */
+static void stability_of_a_mechanism_is_of_all_sides(void)
+{
+    for (int side = 0; side < 2; side++) {
+        static char text[1024];
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\n"
+            "ground: {points: {O: [0, 0, 0], P: [1, 0, 0]}}\n"
+            "bodies:\n"
+            "  a: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, points: {E: [0, 1, 0]}}\n"
+            "  b: {joint: {name: B, revolute: z, at: ground.P}, mass: 1, inertia: {zz: 1}, points: {E: [0, 1, 0]}}\n"
+            "  c: {joint: {name: C, revolute: z, at: a.E}, mass: 1, inertia: {zz: 1}, points: {E: [1, 0, 0]}}\n"
+            "loops: {E: {ball: [c.E, b.E]}}\n"
+            "forces: {f: {joint: B, torque: '-if(q(A) < 0, %d, %d)*q(B) - qd(A)'}}\n",
+            side == 0 ? -50 : 100, side == 0 ? 100 : -50);
+        loaded l = load_text(text);
+        kempe_equilibrium *rest = NULL;
+        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &rest) == KEMPE_OK);
+        CHECK_TEXT(rest ? kempe_equilibrium_stability(rest, 0) : "", "unstable");
+        kempe_equilibrium_free(rest);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(small_motions_of_one_side_are_doubted);
     TEST(the_matrices_stay);
     TEST(unloaded_teeth_are_a_spring);
+    TEST(stability_is_of_all_sides);
+    TEST(stability_of_a_mechanism_is_of_all_sides);
     return check_report();
 }

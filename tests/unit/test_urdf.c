@@ -122,6 +122,9 @@ static void what_is_refused(void)
     refuse("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child "
            "link='a'/></joint></robot>",
            "r.urdf:1:1: robot 'r' has no link without a joint to a parent, to begin with");
+    refuse(LINKS "\n<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
+           "r.urdf:1:17: the mechanism cannot move: all bodies are welded to the ground; a robot that flies or floats "
+           "needs a free root (--base free)");
 }
 
 static void what_is_not_used(void)

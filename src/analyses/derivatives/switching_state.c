@@ -3,23 +3,26 @@
  * The conditions are taken at places next to the state, in some directions and back. If they differ the matrices are
  * compared: flanks of teeth without play change together, and are one spring. */
 #include "analyses/derivatives/switching_state.h"
+#include "analyses/derivatives/sampled_motion.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
+#include "model/data/parameter.h"
 #include <math.h>
 #include <string.h>
 
 enum { PLACES = 12 }; /* two of each direction */
+#define SQRT2 1.4142135623730951
 
 typedef struct sides {
     kmp_linear *l;
     kmp_arena arena;
-    double *q, *qd, *ud, *udd, *residual, *mode; /* of the state */
-    double *mass, *damping, *stiffness, *force;  /* at the first place; the last one is the residual */
-    double *near, *near_ud;                      /* 2 n, p: a place */
-    double *x;                                   /* n x p: dq/du at the state */
-    signed char *sign;                           /* of each condition, place after place: -1, 0 and 1 */
+    double *q, *qd, *qdd, *ud, *udd, *residual, *mode; /* of the state */
+    double *mass, *damping, *stiffness, *force;        /* at the first place; the last one is the residual */
+    double *near, *near_ud, *way;                      /* 2 n, p: a place; 2 n: a direction */
+    double *x;                                         /* n x p: dq/du at the state */
+    signed char *sign;                                 /* of each condition, place after place: -1, 0 and 1 */
 } sides;
 
 /* A condition with two sides that belong to the motion. */
@@ -214,14 +217,15 @@ static bool make_sides(sides *s, kmp_linear *l)
 {
     const int p = l->p, count = l->system->events.count;
     *s = (sides){.l = l};
-    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, l->n, &s->q, &s->qd), KMP_ROOM(double, 2 * l->n, &s->near),
-                        KMP_ROOM(double, l->n *p, &s->x),
+    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, l->n, &s->q, &s->qd, &s->qdd),
+                        KMP_ROOM(double, 2 * l->n, &s->near, &s->way), KMP_ROOM(double, l->n *p, &s->x),
                         KMP_ROOM(double, p, &s->ud, &s->udd, &s->near_ud, &s->residual, &s->force),
                         KMP_ROOM(double, count, &s->mode), KMP_ROOM(signed char, PLACES *count, &s->sign),
                         KMP_ROOM(double, p *p, &s->mass, &s->damping, &s->stiffness)))
         return false;
     memcpy(s->q, l->q, (size_t)l->n * sizeof *s->q);
     memcpy(s->qd, l->qd, (size_t)l->n * sizeof *s->qd);
+    memcpy(s->qdd, l->qdd, (size_t)l->n * sizeof *s->qdd);
     memcpy(s->x, l->red.x, (size_t)(l->n * p) * sizeof *s->x);
     for (int k = 0; k < p; k++) {
         s->ud[k] = l->qd[l->part.u[k]];
@@ -232,17 +236,121 @@ static bool make_sides(sides *s, kmp_linear *l)
     return true;
 }
 
-static void doubt(sides *s, int other)
+/* The first condition with another side at this place than at place 0; NULL: none. */
+static const char *find_condition(const sides *s, int place)
 {
-    const kempe_system *system = s->l->system;
-    int k = 0;
-    while (s->sign[other * system->events.count + k] == s->sign[k])
-        k++;
-    s->l->switches = true;
-    kmp_doubt(system->context,
-              "small motions have other equations on the other side of a condition that changes at this state, and "
-              "the result is of one side: %s",
-              system->event_text[k]);
+    const int count = s->l->system->events.count;
+    for (int k = 0; k < count; k++)
+        if (s->sign[place * count + k] != s->sign[k])
+            return s->l->system->event_text[k];
+    return NULL;
+}
+
+/* True if the state, changed by this much of the directions of all coordinates and rates, has the conditions of the
+ * place. The larger of the parts of coordinates is the distance of places. */
+static bool stays(sides *s, int place, const double *dq, const double *dqd, double square)
+{
+    const kmp_linear *l = s->l;
+    const int count = l->system->events.count, n = l->n;
+    double largest = 0;
+    for (int i = 0; i < n; i++)
+        largest = fmax(largest, fabs(dq[i]) / l->system->scale[i]);
+    if (!(largest > 0))
+        return false;
+    const double size = KMP_EVENT_HERE / largest;
+    for (int i = 0; i < n; i++) {
+        s->near[i] = s->q[i] + size * dq[i];
+        s->near[n + i] = s->qd[i] + (square > 0 ? square * sqrt(size) : size) * dqd[i];
+    }
+    const double *change = kmp_eval_changes(l->eval, l->t, s->near, s->near + n);
+    bool same = change != NULL;
+    for (int k = 0; same && k < count; k++)
+        same = !is_near(s, k) || (change[k] < 0 ? -1 : 1) == s->sign[place * count + k];
+    return same;
+}
+
+/* A force of this side accelerates the state; true: into the side. */
+static bool is_pushed_in(sides *s, int place)
+{
+    kmp_linear *l = s->l;
+    const bool held = l->held;
+    l->held = true;
+    const bool known = kmp_linear_at_motion(l, l->t, s->near, s->near_ud) == KEMPE_OK;
+    l->held = held;
+    for (int i = 0; known && i < l->n; i++)
+        s->way[i] = l->qdd[i] - s->qdd[i];
+    return known && stays(s, place, s->way, s->way, SQRT2); /* a t^2 / 2 and a t */
+}
+
+/* The largest real rate by which a motion of this side grows and stays there; 0: none. The matrices of the place are
+ * present. */
+static kempe_status find_escape(sides *s, int place, double *rate)
+{
+    const kmp_linear *l = s->l;
+    const kempe_model *model = l->system->model;
+    kmp_spectrum spectrum;
+    *rate = 0;
+    if (kmp_model_delay_count(model) > 0 || kmp_samples_in(model))
+        return KEMPE_OK;
+    const kempe_status status = kmp_linear_spectrum(l, &spectrum);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(l->system->context);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+    for (int k = spectrum.zeros; k < spectrum.count; k++) {
+        const double re = spectrum.re[k];
+        if (spectrum.im[k] != 0 || !(re > *rate))
+            continue;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            memset(s->way, 0, (size_t)(2 * l->n) * sizeof *s->way);
+            for (int u = 0; u < l->p; u++)
+                for (int i = 0; i < l->n; i++)
+                    s->way[i] += sign * s->x[i + u * l->n] * spectrum.x_re[u + k * l->p];
+            for (int i = 0; i < l->n; i++)
+                s->way[l->n + i] = re * s->way[i];
+            if (stays(s, place, s->way, s->way + l->n, 0))
+                *rate = re;
+        }
+    }
+    kmp_spectrum_free(&spectrum);
+    return KEMPE_OK;
+}
+
+/* Visits a side with its equations in the linearisation; `other`: a place of another side. */
+static kempe_status visit_side(sides *s, int place, int other, kmp_side_fn *visit, void *user)
+{
+    const kmp_linear *l = s->l;
+    kmp_side side = {.condition = find_condition(s, place == 0 ? other : place)};
+    if (!take_place(s, place))
+        return KEMPE_OK;
+    memcpy(s->stiffness, l->stiffness, (size_t)(l->p * l->p) * sizeof *s->stiffness);
+    memcpy(s->force, s->residual, (size_t)l->p * sizeof *s->force);
+    side.balanced = !forces_differ(s);
+    if (side.balanced) {
+        KMP_TRY(find_escape(s, place, &side.rate));
+        side.leaves = side.rate > 0;
+    } else {
+        side.leaves = is_pushed_in(s, place);
+    }
+    return take_place(s, place) ? visit(user, l, &side) : KEMPE_OK;
+}
+
+kempe_status kmp_linear_each_side(kmp_linear *l, kmp_side_fn *visit, void *user)
+{
+    sides s;
+    if (l->p == 0 || !any_has_sides(&l->system->events))
+        return KEMPE_OK;
+    kempe_status status = kmp_made(l->system->context, make_sides(&s, l));
+    if (status == KEMPE_OK && find_signs(&s)) {
+        const int other = find_other(&s, true);
+        for (int place = 0; other > 0 && place < PLACES && status == KEMPE_OK; place++)
+            if (place == 0 || !is_known(&s, place))
+                status = visit_side(&s, place, other, visit, user);
+        (void)take_state(&s);
+        memcpy(l->residual, s.residual, (size_t)l->p * sizeof *s.residual);
+    }
+    kmp_arena_free(&s.arena);
+    return status;
 }
 
 kempe_status kmp_linear_settle_switches(kmp_linear *l, bool damping, bool doubts)
@@ -254,9 +362,13 @@ kempe_status kmp_linear_settle_switches(kmp_linear *l, bool damping, bool doubts
     if (status == KEMPE_OK && find_signs(&s)) {
         const int other = find_other(&s, damping);
         const bool taken = take_state(&s);
-        if (other > 0 && doubts && !l->switches)
-            doubt(&s, other);
-        else if (other < 0 && taken && are_others(&s, damping))
+        if (other > 0 && doubts && !l->switches) {
+            l->switches = true;
+            kmp_doubt(l->system->context,
+                      "small motions have other equations on the other side of a condition that changes at this state, "
+                      "and the result is of one side: %s",
+                      find_condition(&s, other));
+        } else if (other < 0 && taken && are_others(&s, damping))
             (void)take_place(&s, 0);
         memcpy(l->residual, s.residual, (size_t)l->p * sizeof *s.residual);
     }

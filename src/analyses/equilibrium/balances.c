@@ -327,14 +327,58 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
 
 /* -- a balance ---------------------------------------------------------------------------------------- */
 
-/* Stability is judged next to a state whose own equations belong to none of its sides. */
+/* Stability on the sides of conditions that change at a state. */
+typedef struct sides {
+    kmp_stability of;   /* of the side that says most */
+    int *along;         /* room for another one */
+    bool any, left;     /* sides were visited; a motion leaves on one of them */
+    bool grows, open;   /* motions of the last side grow; the sides do not decide */
+    const char *change; /* a condition that differs */
+} sides;
+
+/* A motion that leaves decides. Otherwise sides have to agree, and growth counts only where forces are in balance. */
+static kempe_status judge_side(void *user, const kmp_linear *linear, const kmp_side *side)
+{
+    sides *x = user;
+    kmp_stability own = {.along = x->along};
+    if (x->left)
+        return KEMPE_OK;
+    KMP_TRY(kmp_stability_judge(linear, &own));
+    if (side->leaves && !side->balanced)
+        own = (kmp_stability){.word = KMP_UNSTABLE, .re = NAN, .im = NAN, .along = x->along, .change = side->condition};
+    const bool grows = own.word == KMP_UNSTABLE;
+    x->left = side->leaves;
+    x->open = x->open || (x->any && grows != x->grows) || (grows && !side->balanced);
+    x->grows = grows;
+    x->change = side->condition;
+    if (x->left || !x->any || own.word > x->of.word) {
+        x->along = x->of.along;
+        x->of = own;
+    }
+    x->any = true;
+    return KEMPE_OK;
+}
+
+/* Stability is judged next to a state whose own equations belong to none of its sides, and on all sides that differ. */
 static kempe_status judge(kempe_equilibrium *e, kmp_linear *linear, kmp_stability *stability)
 {
     const int n = linear->n;
     const double *q = copy(e, n, linear->q), *qd = copy(e, n, linear->qd);
+    sides x = {.of.along = KMP_ARENA_NEW(&e->arena, int, linear->p), .along = KMP_ARENA_NEW(&e->arena, int, linear->p)};
     KMP_TRY(kmp_made(e->system->context, !e->arena.failed));
     KMP_TRY(kmp_linear_settle_switches(linear, true, false));
     KMP_TRY(kmp_stability_judge(linear, stability));
+    KMP_TRY(kmp_linear_each_side(linear, judge_side, &x));
+    if (x.any && x.open && !x.left) {
+        *stability =
+            (kmp_stability){.word = KMP_UNDECIDED, .re = NAN, .im = NAN, .along = stability->along, .change = x.change};
+        kmp_doubt(e->system->context,
+                  "the stability is not known, because motions grow on some sides of a condition that changes at this "
+                  "state: %s",
+                  x.change);
+    } else if (x.any) {
+        *stability = x.of;
+    }
     return memcmp(q, linear->q, (size_t)n * sizeof *q) == 0 ? KEMPE_OK
                                                             : kmp_linear_at_rates(linear, linear->t, q, qd, false);
 }

@@ -20,16 +20,17 @@ typedef enum kmp_stability_word {
     KMP_UNSTABLE,
     KMP_NOT_HELD, /* friction sticks there by more than it can have: the state is not an equilibrium */
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers; a root of delays is almost
-                     on the axis */
+                     on the axis; sides of a condition disagree */
 } kmp_stability_word;
 
 typedef struct kmp_stability {
     kmp_stability_word word;
-    int growing;   /* eigenvalues with a positive real part */
-    bool secular;  /* motions grow as a power of time (analyses/derivatives/spectrum.h) */
-    double re, im; /* the eigenvalue whose real part is largest, zeros left out; NaN: there is none */
-    int still;     /* directions in which R does not change */
-    int *along;    /* the coordinates that move most in each */
+    int growing;        /* eigenvalues with a positive real part */
+    bool secular;       /* motions grow as a power of time (analyses/derivatives/spectrum.h) */
+    double re, im;      /* the eigenvalue whose real part is largest, zeros left out; NaN: there is none */
+    int still;          /* directions in which R does not change */
+    int *along;         /* the coordinates that move most in each */
+    const char *change; /* NULL, or a condition: a force of one of its sides pushes away, or the sides do not decide */
 } kmp_stability;
 
 /** At the last state, its matrices made. `along`: room for p. KEMPE_E_MEMORY. */

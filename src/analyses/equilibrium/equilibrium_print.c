@@ -79,6 +79,8 @@ void kmp_balance_put_growth(kmp_text *text, const kmp_stability *s)
     else if (s->growing > 0)
         kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
                         s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
+    else if (s->word == KMP_UNSTABLE && s->change)
+        kmp_text_printf(text, ": a force pushes away from it on one side of %s", s->change);
     else if (s->secular)
         kmp_text_put(text, s->im != 0
                                ? ": an oscillation grows in proportion to time, since eigenvalues coincide and have "
@@ -101,9 +103,11 @@ static void put_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_
         list(text, e->system, s->still, s->along);
     }
     kmp_balance_put_growth(text, s);
-    if (s->growing > 0 || s->secular)
+    if (s->word == KMP_UNSTABLE)
         return;
-    if (s->word == KMP_UNDECIDED)
+    if (s->word == KMP_UNDECIDED && s->change)
+        kmp_text_printf(text, ": motions grow on some sides of %s", s->change);
+    else if (s->word == KMP_UNDECIDED)
         kmp_text_put(text, e->system->model->delay_count > 0
                                ? ": delays with a root close to zero growth, or together with samples"
                                : ": the reduced mass is not positive");

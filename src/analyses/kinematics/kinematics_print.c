@@ -25,10 +25,10 @@ static double value_at(const kempe_kinematics *k, double s)
     return kmp_sweep_parameter_value(&k->parameter[k->first], s);
 }
 
-/* An output of the model that is in no row: it needs multipliers. */
+/* An output of the model that is in no row, though somebody asks for it: it needs multipliers. */
 static bool is_left_out(const kempe_model *model, int output)
 {
-    return kmp_output_has_loads(model, &model->outputs[output]);
+    return !model->outputs[output].unasked && kmp_output_has_loads(model, &model->outputs[output]);
 }
 
 /* A deformation that is in balance with its loads, in place of a value that it keeps. */

@@ -2,7 +2,8 @@
 /* Errors of the estimates by the linearised model (Seber and Wild 1989, section 2.1): with J of the weighted residuals
  * and s^2 their sum of squares by the degrees of freedom, the covariance is s^2 (J'J)^-1. Columns of J are scaled to
  * norm 1, so that its singular values do not depend on units. Values below KMP_FIT_RANK are zero: along their right
- * vectors the data determines nothing. Parameters at bounds are left out.
+ * vectors the data determines nothing. Parameters at bounds are left out. The degrees of freedom are the measurements
+ * less the rank of J.
  *
  * A column has as many degrees of freedom as measurements, less the trace of its part of the projection J (J'J)^-1 J'
  * (Rao and Kleffe 1988, Estimation of Variance Components, section 5). A standard error whose columns' deviations come
@@ -71,6 +72,18 @@ static double freedom_of(judge *j, int k)
     return sum > 0 ? fmin(fmax(sum * sum / squares, 1), f->freedoms) : f->freedoms;
 }
 
+/* Takes as many combinations of parameters as the data determines: the others fit nothing, and leave the residuals
+ * their degrees of freedom. */
+static void take_rank(kempe_fit *f, int rank)
+{
+    double sum = 0;
+    for (int i = 0; i < f->residuals; i++)
+        sum += f->residual[i] * f->residual[i];
+    f->rank = rank;
+    f->freedoms = f->residuals - rank;
+    f->scatter = sqrt(sum / f->freedoms);
+}
+
 static void give_errors(judge *j)
 {
     kempe_fit *f = j->f;
@@ -104,9 +117,10 @@ static kempe_status judge_free(judge *j)
         return kmp_fail(f->context, KEMPE_E_FAILED, "the singular values of the Jacobian could not be found");
     /* Right vectors of zero singular values have components of these parameters. */
     const double least = kmp_fit_slope_error(f);
-    f->rank = 0;
-    while (f->rank < j->free && j->svd.s[f->rank] > least * j->svd.s[0])
-        f->rank++;
+    int rank = 0;
+    while (rank < j->free && j->svd.s[rank] > least * j->svd.s[0])
+        rank++;
+    take_rank(f, rank);
     f->condition = j->free > 0 ? j->svd.s[0] / j->svd.s[j->free - 1] : 1;
     for (int r = f->rank; r < j->free; r++)
         for (int k = 0; k < j->free; k++)
@@ -151,12 +165,8 @@ kempe_status kmp_fit_judge(kempe_fit *fit)
         if (fit->state[k] == KMP_FIT_INSIDE)
             j.which[j.free++] = k;
     }
-    double sum = 0;
-    for (int i = 0; i < fit->residuals; i++)
-        sum += fit->residual[i] * fit->residual[i];
     fit->free = j.free;
-    fit->freedoms = fit->residuals - j.free;
-    fit->scatter = sqrt(sum / fit->freedoms);
+    take_rank(fit, 0);
     for (int c = 0; c < fit->columns; c++)
         fit->freedom[c] = fit->number[c];
     kempe_status status = j.free > 0 ? judge_free(&j) : KEMPE_OK;

@@ -58,7 +58,7 @@ struct kempe_fit {
     int *number;              /* of measurements in each */
     double *freedom;          /* degrees of freedom: the number less the part of the parameters that it determines */
     bool given;               /* deviations are */
-    int residuals, freedoms;  /* known measurements; less the free parameters */
+    int residuals, freedoms;  /* known measurements; less the rank */
     double *residual, *slope; /* weighted; residuals x count, column-major */
     double *room;             /* count: values of one run */
     double *best, size;       /* the best values so far, and the sum of squares there, with these weights */

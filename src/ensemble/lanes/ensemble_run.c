@@ -250,7 +250,8 @@ bool kmp_ensemble_has_mark(const kempe_system *s, int k)
            (condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH);
 }
 
-/* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances. */
+/* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances,
+ * and which instances depend on shared loads. */
 static void report_conditions(kmp_ensemble *e, bool reports)
 {
     const kempe_system *s = e->engine[0]->s;
@@ -258,8 +259,11 @@ static void report_conditions(kmp_ensemble *e, bool reports)
         bool left = false;
         for (int i = 0; kmp_ensemble_has_mark(s, k) && i < KMP_TEAM_MOST; i++)
             left = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || left;
-        if (left && reports && !(k < s->events.count && s->events.condition[k].validity == KMP_VALIDITY_DEFLECTION))
-            e->work.doubted = kmp_ensemble_report_mark(s, e->model->context, k) || e->work.doubted;
+        const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
+        if (!left || !reports || (condition && condition->validity == KMP_VALIDITY_DEFLECTION))
+            continue;
+        const bool all = kmp_ensemble_report_mark(s, e->model->context, k);
+        e->work.doubted = (all && !(condition && condition->role == KMP_ROLE_SENSE)) || e->work.doubted;
     }
 }
 

@@ -48,6 +48,7 @@ typedef struct kmp_ensemble_result {
     double t;
     long steps, rejected, refused, rhs, exchanges;
     bool deflects;         /* a flexible body deflected too far */
+    bool shares;           /* its motion depends on how redundant contacts share their loads */
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 

@@ -465,6 +465,10 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_lane_group *pool, int i)
     judge_instance(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0,
                    e->conditions ? x->past : NULL);
     kmp_instance_measured(e, pool, i, x->t, NULL);
+    if (e->site) {
+        kmp_runner_take_memory(e->site, x->memory, false);
+        e->results[i].shares = kmp_friction_feels_sharing(e->site->sticking.friction);
+    }
     e->results[i].status = KEMPE_OK;
     kmp_engine_count(e);
     return KEMPE_OK;
@@ -511,6 +515,7 @@ static kempe_status finish(kmp_engine *e, int i, kmp_runner *run, kempe_status s
     result->status = status = report.requested ? KEMPE_OK : status;
     result->reason = report.reason;
     result->t = report.t;
+    result->shares = kmp_friction_feels_sharing(run->sticking.friction);
     add_work(result, &report);
     if (run->eval)
         kmp_eval_set_modes(e->eval, kmp_runner_modes(run));

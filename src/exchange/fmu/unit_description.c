@@ -7,6 +7,7 @@
 #include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include <ctype.h>
 #include <string.h>
 
@@ -317,6 +318,7 @@ static variable given(int block, int k, const char *causality, const char *varia
                       .start = start};
 }
 
+/* An input that no closure reads has no derivatives. */
 static void add_inputs(description *d)
 {
     static const char *const endings[] = {"", ".d", ".dd"};
@@ -328,7 +330,8 @@ static void add_inputs(description *d)
         const kmp_model_input *input = &model->inputs[k];
         int angle = input->unit && kmp_unit_read(input->unit, strlen(input->unit), &written) ? written.angle : 0;
         kmp_dimension dimension = input->dimension;
-        for (int i = 0; i < 3; i++, dimension.power[2] -= 1) {
+        const int orders = kmp_model_moved_by(model, k) ? 3 : 1;
+        for (int i = 0; i < orders; i++, dimension.power[2] -= 1) {
             variable v = given(KEMPE_FMU_INPUTS, 3 * k + i, "input", "continuous",
                                name_of(d, "", d->source->input_names[k], endings[i]), texts[i],
                                d->source->simulated->inputs[3 * k + i]);
@@ -814,16 +817,27 @@ static bool is_same(const seat *a, const seat *b)
     return a->kind == b->kind && a->length == b->length && strncmp(a->name, b->name, (size_t)a->length) == 0;
 }
 
+/* True for the first of several variables that are a terminal. */
+static bool begins_terminal(const variable *variables, int count, int first)
+{
+    const seat at = seat_of(&variables[first]);
+    int members = 0;
+    for (int k = 0; at.kind && k < count; k++) {
+        const seat other = seat_of(&variables[k]);
+        if (!other.kind || !is_same(&at, &other))
+            continue;
+        if (k < first)
+            return false;
+        members++;
+    }
+    return members > 1;
+}
+
 /* The terminal of a variable that is the first of it. */
 static void put_terminal(kmp_text *xml, const variable *variables, int count, int first)
 {
     const seat at = seat_of(&variables[first]);
     kmp_text name = {0};
-    for (int k = 0; k < first; k++) {
-        const seat other = seat_of(&variables[k]);
-        if (other.kind && is_same(&at, &other))
-            return;
-    }
     kmp_text_printf(&name, "%s.%.*s", kind_names[at.kind], at.length, at.name);
     kmp_text_put(xml, "    <Terminal");
     put_attribute(xml, "name", name.s);
@@ -854,7 +868,7 @@ static void put_terminals(kmp_text *xml, const variable *variables, int count)
                     "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
                     KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
     for (int k = 0; k < count; k++)
-        if (seat_of(&variables[k]).kind) {
+        if (begins_terminal(variables, count, k)) {
             kmp_text_put(xml, open ? "" : "  <Terminals>\n");
             open = true;
             put_terminal(xml, variables, count, k);

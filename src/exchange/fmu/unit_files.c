@@ -108,6 +108,7 @@ void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan)
         html,
         "<h2>Start</h2>\n<p>The start values of q and qd may be set before initialisation: the loops are closed near "
         "them. Parameters on which the loops depend are fixed after initialisation.</p>\n"
-        "<h2>Inputs</h2>\n<p>An input has a value and two derivatives, with the endings .d and .dd. Drives and other "
-        "moving closures read the derivatives; set them together with the value.</p>\n</body></html>\n");
+        "<h2>Inputs</h2>\n<p>An input that drives or other closures read has a value and two derivatives, with the "
+        "endings "
+        ".d and .dd; set them together with the value.</p>\n</body></html>\n");
 }

@@ -25,4 +25,5 @@ typedef struct kmp_output {
     kmp_output_kind kind;
     int index;
     int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass. Of a wrap: 1 + its place */
+    bool unasked; /* the model names no outputs, and has this one for that */
 } kmp_output;

@@ -212,17 +212,38 @@ static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_n
     return make_table(p, where, table, x, y);
 }
 
-/* An algebraic variable of the model, where coordinates are allowed. */
+static bool is_implicit(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_UNKNOWN && expr->unknowns->count > 0;
+}
+
+/* True if nothing but time and constants occurs in the expression of a name. */
+static bool is_of_time(const kmp_unknowns *u)
+{
+    if (u->count > 0 || !u->zero[0] || kmp_expr_find_named(u->zero[0], is_implicit, NULL))
+        return false;
+    for (const kmp_expr *e = u->leaves; e; e = e->kind == KMP_EXPR_ADD ? e->b : NULL) {
+        const kmp_expr *leaf = e->kind == KMP_EXPR_ADD ? e->a : e;
+        if (leaf->kind != KMP_EXPR_TIME && leaf->kind != KMP_EXPR_INPUT && leaf->kind != KMP_EXPR_PARAMETER)
+            return false;
+    }
+    return true;
+}
+
+/* An algebraic variable of the model, where coordinates are allowed; a name of a function of time, where time is. */
 KMP_NOINLINE static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
 {
     const kmp_unknowns *u = made.unknowns;
     const char *name = u->count ? u->unknown[made.number] : u->name;
     if (*p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is an algebraic variable, not a function", name);
-    if (!p->scope->coordinate)
+    if (!p->scope->coordinate && !(p->scope->time && is_of_time(u)))
         return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected%s", name,
                                   kmp_parse_allowed(p->scope),
-                                  u->count ? "" : ", without names of 'algebraic': write it out");
+                                  u->count > 0      ? ", and implicit variables are solved with the motion"
+                                  : !p->scope->time ? ", without names of 'algebraic': write it out"
+                                                    : ", and this name of 'algebraic' depends on more");
     if (u->late && !u->zero[0] && p->scope->incomplete)
         return NULL;
     if (u->late && !u->zero[0])

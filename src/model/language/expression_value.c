@@ -74,6 +74,9 @@ double kmp_number_at(const kmp_number *number, const double *parameters)
 
 double kmp_expr_value_of(const kmp_expr *expr, const double *parameters, const int *constants, double t)
 {
+    const bool named = expr->kind == KMP_EXPR_UNKNOWN && expr->unknowns->count == 0 && expr->unknowns->zero[0];
+    if (named) /* its operands are below it, too */
+        return kmp_expr_value_of(expr->unknowns->zero[0], parameters, constants, t);
     double a = expr->a ? kmp_expr_value_of(expr->a, parameters, constants, t) : 0;
     double b = expr->b ? kmp_expr_value_of(expr->b, parameters, constants, t) : 0;
     double c = expr->c ? kmp_expr_value_of(expr->c, parameters, constants, t) : 0;

@@ -645,7 +645,10 @@ static void read_joints(sources *s)
         if (r->model->body_count > 1 && r->model->motion_count == 0 && r->model->flexible_count == 0 && !r->wrong &&
             !kmp_yaml_get(r->root, "states"))
             kmp_reader_complain(r, r->model->bodies[1].place,
-                                "the mechanism cannot move: all bodies are welded to the ground");
+                                "the mechanism cannot move: all bodies are welded to the ground%s",
+                                r->foreign && kmp_context_base(r->context) != KMP_BASE_FREE
+                                    ? "; a robot that flies or floats needs a free root (--base free)"
+                                    : "");
     }
 }
 

@@ -310,7 +310,8 @@ void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list)
         int last = model->state_count > 0 ? KMP_OUTPUT_STATE : KMP_OUTPUT_LAMBDA;
         model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, last + 1);
         for (int i = 0; model->outputs && i <= last; i++)
-            model->outputs[model->output_count++] = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
+            model->outputs[model->output_count++] =
+                (kmp_output){.kind = (kmp_output_kind)i, .index = -1, .unasked = true};
         return;
     }
     if (!kmp_read_list(r, list, "run outputs", -1))

@@ -9,6 +9,7 @@
 #include "model/data/cam.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
+#include "model/files/document.h"
 #include "model/files/element_library.h"
 #include "model/read/body_models.h"
 #include "model/read/clearance.h"
@@ -250,7 +251,8 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
                     .model = new_model(context, label),
                     .settings = list,
                     .setting_count = count,
-                    .bodies_as = bodies_as};
+                    .bodies_as = bodies_as,
+                    .foreign = kmp_document_is_foreign(label, text, length)};
     if (!r.model || kmp_reader_add_file(&r, label) < 0 || !keep_settings(r.model, list, count)) {
         kempe_model_free(r.model);
         return kmp_fail_memory(context);

@@ -78,6 +78,7 @@ typedef struct kmp_reader {
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
+    bool foreign;                                   /* the file of the model is in another format */
     bool digests;                                   /* files are read, and go into a digest */
     kmp_digest digest;                              /* of all files and settings so far */
     kmp_linkage *linkage;                           /* NULL without joints between bodies */

@@ -509,11 +509,21 @@ static void put_values(kmp_json *json, const kempe_model *model, const char *key
     kmp_json_end(json);
 }
 
+static bool has_deformations(const kempe_model *model)
+{
+    bool any = false;
+    for (int i = 0; i < model->motion_count; i++)
+        any = any || model->motions[i].elastic;
+    return any;
+}
+
 static void put_start(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "start");
     if (model->start.at)
         kmp_json_string(json, "at", model->start.at);
+    if (has_deformations(model) || model->start.undeformed)
+        kmp_json_string(json, "elastic", !model->start.undeformed ? "free" : model->start.statics ? "static" : "held");
     put_values(json, model, "q", model->start.q);
     put_values(json, model, "qd", model->start.qd);
     kmp_json_array(json, "hold");

@@ -108,7 +108,7 @@ static const char doubt_head[] = "# doubt,";
 /* Doubts of a run, one a line. A run that continues from the checkpoint has them, too. */
 static void print_doubts(const char *doubts, kmp_text *text)
 {
-    static const char before[] = "before the checkpoint: ";
+    static const char before[] = KMP_BEFORE_CHECKPOINT;
     for (const char *line = doubts; *line; line += strcspn(line, "\n") + 1)
         kmp_text_printf(text, "%s%s%.*s\n", doubt_head, strncmp(line, before, sizeof before - 1) == 0 ? "" : before,
                         (int)strcspn(line, "\n"), line);
@@ -513,6 +513,7 @@ static kempe_status read_options(kmp_simulation *j)
     j->start = &j->resumed;
     j->spec.t_start = kmp_samples_time(&j->before, last);
     j->spec.work_start = kmp_samples_work(&j->before, last);
+    j->spec.continues = true;
     if (!(j->spec.t_start < j->spec.t_end))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "the checkpoint is already at t = %g s, t_end is %g s",
                         j->spec.t_start, j->spec.t_end);
