@@ -82,5 +82,5 @@ void kmp_friction_renew(kmp_runner *run);
  * levels change without an event. */
 kempe_status kmp_friction_watch_shared(kmp_runner *run, double t);
 
-/** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
+/** Puts the forces of all elements, friction and contacts, in place of the multipliers of their rows, in a row at t. */
 void kmp_friction_show(kmp_runner *run, double t, double *row);
