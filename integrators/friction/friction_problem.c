@@ -1207,7 +1207,7 @@ KMP_LOCAL bool kmp_friction_may_share(const kmp_friction_run *x)
     bool more = false, rubs = false;
     for (int i = 0; i < x->count && !x->past.felt; i++) {
         const kmp_friction_element *e = &x->element[i];
-        more = more || (e->contact && (e->stance == KMP_FRICTION_CARRIED || e->beside));
+        more = more || kmp_sharing_is_carried(e);
         rubs = rubs || e->base >= 0;
     }
     return more && rubs;

@@ -231,10 +231,11 @@ KMP_LOCAL bool kmp_sharing_mark(kmp_sharing *s, kmp_friction_run *x, const int *
     *felt = false;
     for (int k = 0; k < s->nulls; k++) {
         bool contacts = false;
-        for (int i = 0; i < s->count; i++) {
+        for (int i = 0; i < s->count; i++)
+            contacts = contacts || (x->element[which[s->of[i]]].contact && has_part(s, k, i));
+        for (int i = 0; i < s->count && contacts; i++) {
             kmp_friction_element *e = &x->element[which[s->of[i]]];
-            if (e->contact && has_part(s, k, i))
-                e->shares = contacts = true;
+            e->shares = e->shares || (e->base < 0 && has_part(s, k, i));
         }
         *felt = *felt || (contacts && is_felt(s, s->null + k * s->count));
         any = any || contacts;
@@ -563,7 +564,8 @@ KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, x->rest, x->which) : -1;
         x->lower[k] = -kmp_friction_bound(x, e, 1);
         x->upper[k] = kmp_friction_bound(x, e, -1);
-        if (e->implied || (e->contact ? leaves(x, k) : e->broken && base < 0))
+        const bool alone = !e->contact && base < 0; /* friction of a joint: it shares what it can carry */
+        if (e->implied || (e->contact && leaves(x, k)) || (alone && (e->broken || x->upper[k] - x->lower[k] <= 0)))
             continue;
         if (e->contact)
             kmp_sharing_contact(&s, k, !is_pressed(x, k));
@@ -577,13 +579,18 @@ KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
         kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || kmp_sharing_may_move(&s, &at));
 }
 
+KMP_LOCAL bool kmp_sharing_is_carried(const kmp_friction_element *e)
+{
+    return e->beside || (e->base < 0 && e->stance == KMP_FRICTION_CARRIED);
+}
+
 KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
 {
     bool more = false, rubs = false;
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         e->beside = e->contact && e->broken && !leaves(x, k);
-        more = more || e->beside || (e->contact && e->stance == KMP_FRICTION_CARRIED);
+        more = more || kmp_sharing_is_carried(e);
         rubs = rubs || e->base >= 0;
     }
     if (more && !x->past.felt && (rubs || !x->past.shared))

@@ -501,18 +501,20 @@ static void report_shared(const kmp_runner *run, const char *what, double t, boo
     const kempe_model *model = run->s->model;
     const kmp_friction_run *x = run->sticking.friction;
     kmp_text names = {0};
-    bool shown = false, ropes = true;
+    bool shown = false, ropes = true, contacts = true, marked = false;
     for (int i = 0; i < x->count; i++)
         if (x->element[i].shares) {
-            if (felt && !names.length) /* one of them, for the ensemble of this run */
+            if (felt && !marked && x->element[i].contact) /* one of them, for the ensemble of this run */
                 atomic_store_explicit(&run->s->left[x->element[i].slot], true, memory_order_relaxed);
+            marked = marked || x->element[i].contact;
             const char *name = name_of(run, &x->element[i]);
             ropes = ropes && strcmp(kmp_contact_words_of(model, name).noun, "rope") == 0;
+            contacts = contacts && x->element[i].contact;
             kmp_text_printf(&names, "%s'%s'", names.length ? ", " : "", name);
         }
     if (names.failed)
         return;
-    const char *noun = ropes ? "ropes" : "contacts";
+    const char *noun = ropes ? "ropes" : contacts ? "contacts" : "contacts and friction";
     for (int k = 0; k < model->output_count; k++)
         shown = shown || kmp_output_has_loads(model, &model->outputs[k]);
     kmp_run_log_add(run->log, "shared load", t, NAN, NAN, words, what, noun, names.s);

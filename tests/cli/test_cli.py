@@ -2802,6 +2802,24 @@ class Resume(Case):
             self.assertEqual(done.stderr.count(words), warned)
             self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
+    def test_friction_that_shares_with_a_contact(self):
+        """Friction of 4 N on a vertical slide that rests on a foot: the foot may press with 5.81 to 13.81 N, and its friction brakes as much. A stop
+        shares with the friction of its joint, but the motion is unique. Friction without a level, and friction that slips, share nothing."""
+        text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n  foot: {joint: {name: y, prismatic: y, at: cart}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                "forces: {rub: {joint: y, friction: {force: LEVEL}}}\ncontacts: {floor: {CONTACT, restitution: 0}}\n"
+                "start: {qd: {x: 3}}\nrun: {t_end: 0.2, outputs: [q, OUTPUT]}\n")
+        foot, stop = "point: foot.P, on: {plane: ground.O, normal: y}, friction: 0.5", "joint: y, lower: 0"
+        words = "the forces of redundant contacts and friction are not unique, and one solution is shown: 'rub', 'floor'"
+        for contact, level, output, code, said in ((foot, "4", "qd", 5, "friction makes the motion depend on the forces of redundant contacts and friction"),
+                                                   (foot, "0", "qd", 0, ""), (stop, "4", "qd", 0, ""), (stop, "4", "force(floor)", 0, words), (stop, "0", "force(floor)", 0, "")):
+            model = self.model(text.replace("LEVEL", level).replace("CONTACT", contact).replace("OUTPUT", output))
+            for way in ("reduced", "projected"):
+                done = self.expect(code, "simulate", model, "--formulation", way)
+                self.assertTrue(said in done.stderr if said else done.stderr == "", (contact, level, done.stderr))
+        shaken = self.model(text.replace("LEVEL", "4").replace("CONTACT", foot).replace("OUTPUT", "qd"))
+        self.assertIn("redundant contacts in instances", self.expect(5, "ensemble", shaken, "--quantity", "v=qd(x)").stderr.replace("the forces of ", ""))
+
     def test_feet_that_strike_again(self):
         """An arm rocks a block on three feet that slip, which open and strike again at once: with equal coefficients there is one motion."""
         text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
