@@ -628,6 +628,8 @@
 /** With every other sample a value of ride comfort may differ by this part without a warning: such values are given to
  * two or three digits. */
 #define KMP_COMFORT_HOLDS 0.01
+/** Velocities of places that an impact changes by this part of its largest jump are rounding. */
+#define KMP_COMFORT_JUMP 1e-9
 /** The past of a delayed signal is a polynomial whose last coefficient is this part of the tolerance of a step: its
  * error, which is smaller still, then adds nothing to the error of the steps. Rounding of closed positions, relative.
  */
