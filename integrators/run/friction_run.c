@@ -494,6 +494,11 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
+void kmp_mark_contact(const kempe_system *system, int slot, kmp_role role)
+{
+    atomic_store_explicit(&system->left[slot + (int)role - KMP_ROLE_SENSE], true, memory_order_relaxed);
+}
+
 /* Contacts, or ropes, that share loads, of which the motion depends on how if `felt`. */
 static void report_shared(const kmp_runner *run, const char *what, double t, bool felt)
 {
@@ -504,8 +509,8 @@ static void report_shared(const kmp_runner *run, const char *what, double t, boo
     bool shown = false, ropes = true, contacts = true, marked = false;
     for (int i = 0; i < x->count; i++)
         if (x->element[i].shares) {
-            if (felt && !marked && x->element[i].contact) /* one of them, for the ensemble of this run */
-                atomic_store_explicit(&run->s->left[x->element[i].slot], true, memory_order_relaxed);
+            if (!marked && x->element[i].contact) /* one of them, for the ensemble of this run */
+                kmp_mark_contact(run->s, x->element[i].slot, felt ? KMP_ROLE_SENSE : KMP_ROLE_HELD);
             marked = marked || x->element[i].contact;
             const char *name = name_of(run, &x->element[i]);
             ropes = ropes && strcmp(kmp_contact_words_of(model, name).noun, "rope") == 0;

@@ -2802,6 +2802,22 @@ class Resume(Case):
             self.assertEqual(done.stderr.count(words), warned)
             self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
+    def test_quantities_of_contact_forces(self):
+        """Means of forces lack the impulses of a ball that bounces; forces of three feet are those of one solution. Extremes of places have no warning."""
+        ball = ("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {e: 0.8}\nground: {points: {O: [0, 0, 0]}}\n"
+                "bodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: 1, points: {C: [0, 0, 0]}}}\n"
+                "contacts: {floor: {point: b.C, on: {plane: ground.O}, restitution: e}}\nstart: {q: {z: 0.2}}\nrun: {t_end: 1}\n")
+        feet = ("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {m: 3}\nground: {points: {O: [0, 0, 0]}}\nbodies: {b: {joint: {name: j, planar: z, at: ground}, mass: m, "
+                "inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}}\ncontacts:\n"
+                + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: y}}, restitution: 0}}\n" for k in "ABC") + "run: {t_end: 0.1, outputs: [q]}\n")
+        impulses, open_ = "quantity 'x' lacks the impulses of impacts, such as of 'floor'", "the forces of redundant contacts are not unique in instances, such as 'A'"
+        for text, quantity, sample, words in ((ball, "mean(force(floor))", "e=0.5:0.9", impulses), (ball, "rms(qdd(z))", "e=0.5:0.9", impulses), (ball, "integral(q(z))", "e=0.5:0.9", ""),
+                                              (ball, "max(force(floor))", "e=0.5:0.9", ""), (feet, "max(force(A))", "m=1:2", open_), (feet, "max(q(j.2))", "m=1:2", "")):
+            model = self.model(text)
+            for way in ("ensemble", model, "--quantity", f"x={quantity}"), ("ensemble", model, "--quantity", f"x={quantity}", "--sample", sample, "--instances", "40"):
+                said = self.expect(0, *way).stderr
+                self.assertEqual(said.count(words), 1, said) if words else self.assertEqual(said, "")
+
     def test_friction_that_shares_with_a_contact(self):
         """Friction of 4 N on a vertical slide that rests on a foot: the foot may press with 5.81 to 13.81 N, and its friction brakes as much. A stop
         shares with the friction of its joint, but the motion is unique. Friction without a level, and friction that slips, share nothing."""
