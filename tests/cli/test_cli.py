@@ -2802,6 +2802,16 @@ class Resume(Case):
             self.assertEqual(done.stderr.count(words), warned)
             self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
+    def test_derivatives_of_a_run_that_a_condition_ends(self):
+        """A fall by 0.9 m ends at sqrt(1.8/9.81) s: rows have derivatives there, at this time; an integral to t_end has none, and says why."""
+        model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {h: 1.1}\nbodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"
+                           "start: {q: {z: h}}\nrun: {t_end: 5, until: q(z) < 0.2, outputs: [q]}\n")
+        self.assertIn(f"at t = {math.sqrt(1.8 / 9.81):.6g} s", self.expect(1, "sensitivity", model, "--parameters", "h").stdout)
+        for more in ("--method", "adjoint"), ("--integral",), ("--integral", "--method", "adjoint"):
+            said = self.expect(1, "sensitivity", model, "--parameters", "h", *more).stderr
+            self.assertIn("the run ends as requested: q(z) < 0.2 at t = 0.428", said)
+            self.assertIn("choose an earlier t_end", said)
+
     def test_quantities_of_contact_forces(self):
         """Means of forces lack the impulses of a ball that bounces; forces of three feet are those of one solution. Extremes of places have no warning."""
         ball = ("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {e: 0.8}\nground: {points: {O: [0, 0, 0]}}\n"
