@@ -186,6 +186,9 @@
 #define KMP_SHARED_RANK 1e-9
 /** Squares of forces, and of what bodies feel of them, that are rounding of these. */
 #define KMP_SHARED_ROUNDING 1e-11
+/** A level that changes by this part of a change of the forces is not felt: null vectors of D that is measured are
+ * known to its square root. */
+#define KMP_SHARED_UNFELT 1e-4
 /** Least acceleration of slip in place of rest, over the accelerations without friction: above rounding of forces. */
 #define KMP_SHARED_SLIDES 1e-5
 /** Surfaces at a distance of this part of the size of the mechanism do not touch, whatever rounding makes of it. */

@@ -1208,7 +1208,7 @@ KMP_LOCAL bool kmp_friction_may_share(const kmp_friction_run *x)
     for (int i = 0; i < x->count && !x->past.felt; i++) {
         const kmp_friction_element *e = &x->element[i];
         more = more || kmp_sharing_is_carried(e);
-        rubs = rubs || e->base >= 0;
+        rubs = rubs || kmp_sharing_is_felt_by(e);
     }
     return more && rubs;
 }
@@ -1221,6 +1221,5 @@ KMP_LOCAL int kmp_friction_examine(kmp_friction_run *x, double t, const double *
         kmp_friction_set_given(x, &x->element[x->which[k]], 0, 0);
     KMP_FRICTION_TRY(pose_listed(x, t, q, qd, rate));
     memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
-    kmp_friction_find_present(x, t);
-    return 0;
+    return kmp_friction_find_present(x, t, q, qd);
 }

@@ -15,7 +15,11 @@ KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t);
 KMP_LOCAL bool kmp_sharing_is_carried(const kmp_friction_element *e);
 
 /** The same of the elements that are listed, with their forces in x->f. */
-KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t);
+KMP_LOCAL int kmp_friction_find_present(kmp_friction_run *x, double t, const double *q, const double *qd);
+
+/** True for friction that may follow how contacts share: of a contact, or of a joint that slips with a level by a load.
+ */
+KMP_LOCAL bool kmp_sharing_is_felt_by(const kmp_friction_element *e);
 
 /* The forces, or impulses, of n elements of which `count` are unknown. */
 typedef struct kmp_sharing {

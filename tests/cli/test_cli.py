@@ -2843,6 +2843,11 @@ class Resume(Case):
             for way in ("reduced", "projected"):
                 done = self.expect(code, "simulate", model, "--formulation", way)
                 self.assertTrue(said in done.stderr if said else done.stderr == "", (contact, level, done.stderr))
+        pressed = text.replace("LEVEL", "4").replace("CONTACT", "point: foot.P, on: {plane: ground.O, normal: y}").replace("OUTPUT", "qd")
+        for above, code in ((pressed.replace("contacts:", "  slide: {joint: x, friction: {mu: 0.5}}\ncontacts:").replace("forces: {rub: {joint: y, friction: {force: 4}}}", "forces:\n  rub: {joint: y, friction: {force: 4}}"), 5),
+                            (pressed.replace("point: foot.P, on: {plane: ground.O, normal: y}", "joint: y, lower: 0").replace("contacts:", "  slide: {joint: x, friction: {mu: 0.5}}\ncontacts:")
+                             .replace("forces: {rub: {joint: y, friction: {force: 4}}}", "forces:\n  rub: {joint: y, friction: {force: 4}}"), 0)):
+            self.expect(code, "simulate", self.model(above))
         shaken = self.model(text.replace("LEVEL", "4").replace("CONTACT", foot).replace("OUTPUT", "qd"))
         self.assertIn("redundant contacts in instances", self.expect(5, "ensemble", shaken, "--quantity", "v=qd(x)").stderr.replace("the forces of ", ""))
 
