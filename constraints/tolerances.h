@@ -186,6 +186,9 @@
 #define KMP_SHARED_RANK 1e-9
 /** Squares of forces, and of what bodies feel of them, that are rounding of these. */
 #define KMP_SHARED_ROUNDING 1e-11
+/** A level that changes by this part of a change of the forces is not felt: null vectors of D that is measured are
+ * known to its square root. */
+#define KMP_SHARED_UNFELT 1e-4
 /** Least acceleration of slip in place of rest, over the accelerations without friction: above rounding of forces. */
 #define KMP_SHARED_SLIDES 1e-5
 /** Surfaces at a distance of this part of the size of the mechanism do not touch, whatever rounding makes of it. */
@@ -628,6 +631,8 @@
 /** With every other sample a value of ride comfort may differ by this part without a warning: such values are given to
  * two or three digits. */
 #define KMP_COMFORT_HOLDS 0.01
+/** Velocities of places that an impact changes by this part of its largest jump are rounding. */
+#define KMP_COMFORT_JUMP 1e-9
 /** The past of a delayed signal is a polynomial whose last coefficient is this part of the tolerance of a step: its
  * error, which is smaller still, then adds nothing to the error of the steps. Rounding of closed positions, relative.
  */

@@ -85,6 +85,7 @@ run: {t_end: 2}
     "swing": SWING,
     "moved": SWING.replace("run:", "loops: {turn: {constraint: 'q(A) - t'}}\nrun:"),
     "shake": SLIDE + "drives: {d: {joint: x, displacement: '1e-3*sin(2*pi*190*t)'}}\nrun: {t_end: 8}\n",
+    "strikes": SLIDE + "forces: {s: {joint: x, force: '-9*q(x)'}}\ncontacts: {stop: {joint: x, lower: -0.1, restitution: 0.5}}\nstart: {q: {x: 0.2}}\nrun: {t_end: 6}\n",
     "spring": SLIDE + "forces: {s: {joint: x, force: '-(2*pi)^2*q(x)'}}\n",
     # The terms of the force cancel but for twelve digits, so that no bounds of it are known over an interval.
     "cancels": SLIDE + "forces: {f: {joint: x, force: '1e10*exp(t) - 1e10*exp(t - 1e-12)'}}\nrun: {t_end: 1}\n",
@@ -175,6 +176,7 @@ PROVOKED = [
     ("the deviations of the columns still change", "fit twins.yaml against.csv --parameter F:-5:5", "m.fit(data='against.csv', parameters='F:-5:5')"),
     ("do not trust these actuator forces", "inverse swing.yaml --motion motion.csv --actuators A", "s.inverse(motion='motion.csv', actuators='A')"),
     ("depends on time: it prescribes the motion and carries its loads", "inverse moved.yaml --actuators A", "s.inverse(actuators='A')"),
+    ("comfort: an impact changes the velocity", "comfort strikes.yaml --vertical 'acceleration(m.P).x'", "s.comfort(vertical='acceleration(m.P).x')"),
     ("comfort: with every other sample", "comfort shake.yaml --vertical 'acceleration(m.P).x' --rate 400", "s.comfort(vertical='acceleration(m.P).x', rate=400)"),
     ("is not resolved by values", f"contact {CONICITY} --sweep 'shift=-9 mm:9 mm:3' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-9 mm:9 mm:3', conicity='3 mm:6 mm:2')"),
     ("is not resolved by %d places", f"contact {CONICITY} --sweep 'shift=-7 mm:7 mm:15' --conicity '3 mm:6 mm:2'", "s.contact(sweep='shift=-7 mm:7 mm:15', conicity='3 mm:6 mm:2')"),

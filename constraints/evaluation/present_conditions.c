@@ -99,7 +99,7 @@ void kmp_eval_show_friction(kmp_evaluator *eval, double t, const double *q, cons
     kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, change);
     for (int r = 0; r < s->m; r++) {
         const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
-        const kmp_force *force = kmp_closure_is_friction(closure) ? kmp_model_force(s->model, closure->force) : NULL;
+        const kmp_force *force = kmp_closure_is_of_modes(closure) ? kmp_model_force(s->model, closure->force) : NULL;
         for (int k = 0; k < s->events.count && force; k++)
             if (s->events.condition[k].role == KMP_ROLE_GIVEN && s->events.condition[k].of == force)
                 lambda[r] = change[k];

@@ -36,8 +36,9 @@ const double *kmp_eval_changes(struct kmp_evaluator *eval, double t, const doubl
 void kmp_eval_all_changes(struct kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                           const double *lambda, double *change);
 
-/** Puts the friction of all elements that stick or slip in place of the multipliers of their rows, where outputs and
- * loads read it. `change`: as of kmp_eval_all_changes, whose values it has then. */
+/** Puts the forces of all elements with modes, friction that sticks or slips and rigid contacts, in place of the
+ * multipliers of their rows, where outputs and loads read them. `change`: as of kmp_eval_all_changes, whose values it
+ * has then. */
 void kmp_eval_show_friction(struct kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                             double *lambda, double *change);
 

@@ -41,7 +41,7 @@ static int compare_places(const void *a, const void *b)
     return x->part != y->part ? x->part - y->part : x->number - y->number;
 }
 
-bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count)
+bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count, double until)
 {
     kmp_run_log own = {.context = context};
     size_t total = 0, at = 0;
@@ -50,7 +50,8 @@ bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *pa
     placed *all = KMP_NEW(placed, total);
     for (int i = 0; all && i < count; i++)
         for (int k = 0; k < parts[i].kept; k++)
-            all[at++] = (placed){&parts[i].entries[k], i, k};
+            if (!(parts[i].entries[k].t > until))
+                all[at++] = (placed){&parts[i].entries[k], i, k};
     if (at > 1)
         qsort(all, at, sizeof *all, compare_places);
     for (size_t k = 0; k < at; k++)

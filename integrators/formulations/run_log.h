@@ -39,6 +39,6 @@ void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before
 void kmp_run_log_contact(kmp_run_log *log, int force, double t, bool begins, double most);
 void kmp_run_log_free(kmp_run_log *log);
 
-/** Moves the entries of some logs without a context, of parts of a run, into one in the order of their times (NULL:
- * only into the log of the context), and empties them. False: no memory. */
-bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count);
+/** Moves the entries up to a time of some logs without a context, of parts of a run, into one in the order of their
+ * times (NULL: only into the log of the context), and empties them. False: no memory. */
+bool kmp_run_log_merge(kmp_run_log *log, kempe_context *context, kmp_run_log *parts, int count, double until);

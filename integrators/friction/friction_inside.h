@@ -50,7 +50,7 @@ typedef struct kmp_friction_element {
     bool sides;                    /* its levels depend on the direction */
     int unlimited;                 /* without a limit against positive (1) or negative (-1) rates; 0: with limits */
     bool tries;                    /* a message names it */
-    bool shares;                   /* a contact whose force is not unique: shared_contacts.h */
+    bool shares;                   /* its force is not unique, of a contact or with one: shared_contacts.h */
     bool beside;                   /* an open contact that does not leave its surface: it may press */
     bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;

@@ -696,18 +696,31 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     return enumerate(x, t, q, qd, rate);
 }
 
+/* True if an element that is not listed makes accelerations nonlinear in the forces: friction whose level depends on
+ * multipliers, as it slips or is regularised. That of a contact is listed while it is closed, and zero while it is
+ * open. */
+static bool is_nonlinear(const kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0, k = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        const bool listed = k < x->rest && x->which[k] == i;
+        const bool follows = e->base >= 0 ? e->stance == KMP_FRICTION_SMOOTH : e->loaded;
+        any = any || (follows && !listed);
+        k += listed;
+    }
+    return any;
+}
+
 /* Sets up the problem of the elements that are listed: x->a, d, and the levels in x->upper. */
 static int pose_listed(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    int decided = 0;
     bool known = false;
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     if (x->rest == 0)
         return 0;
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-    for (int i = 0; i < x->count; i++)
-        decided += !(x->pins && x->element[i].contact);
-    const bool nonlinear = x->loads && x->rest < decided;
+    const bool nonlinear = is_nonlinear(x);
     if (!nonlinear)
         KMP_FRICTION_TRY(find_inertia(x, t, q, &known));
     x->partly = x->partly && known;
@@ -1194,8 +1207,8 @@ KMP_LOCAL bool kmp_friction_may_share(const kmp_friction_run *x)
     bool more = false, rubs = false;
     for (int i = 0; i < x->count && !x->past.felt; i++) {
         const kmp_friction_element *e = &x->element[i];
-        more = more || (e->contact && (e->stance == KMP_FRICTION_CARRIED || e->beside));
-        rubs = rubs || e->base >= 0;
+        more = more || kmp_sharing_is_carried(e);
+        rubs = rubs || kmp_sharing_is_felt_by(e);
     }
     return more && rubs;
 }
@@ -1208,6 +1221,5 @@ KMP_LOCAL int kmp_friction_examine(kmp_friction_run *x, double t, const double *
         kmp_friction_set_given(x, &x->element[x->which[k]], 0, 0);
     KMP_FRICTION_TRY(pose_listed(x, t, q, qd, rate));
     memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
-    kmp_friction_find_present(x, t);
-    return 0;
+    return kmp_friction_find_present(x, t, q, qd);
 }

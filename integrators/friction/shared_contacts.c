@@ -231,10 +231,11 @@ KMP_LOCAL bool kmp_sharing_mark(kmp_sharing *s, kmp_friction_run *x, const int *
     *felt = false;
     for (int k = 0; k < s->nulls; k++) {
         bool contacts = false;
-        for (int i = 0; i < s->count; i++) {
+        for (int i = 0; i < s->count; i++)
+            contacts = contacts || (x->element[which[s->of[i]]].contact && has_part(s, k, i));
+        for (int i = 0; i < s->count && contacts; i++) {
             kmp_friction_element *e = &x->element[which[s->of[i]]];
-            if (e->contact && has_part(s, k, i))
-                e->shares = contacts = true;
+            e->shares = e->shares || (e->base < 0 && has_part(s, k, i));
         }
         *felt = *felt || (contacts && is_felt(s, s->null + k * s->count));
         any = any || contacts;
@@ -554,16 +555,65 @@ static bool leaves(const kmp_friction_run *x, int k)
     return e->broken && y > fmax(e->still, KMP_FRICTION_ROUNDING * all);
 }
 
-KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
+/* True for friction of a joint that slips with a level by a load. */
+static bool slips_by_load(const kmp_friction_element *e)
 {
-    bool felt;
+    return e->base < 0 && e->loaded && e->stance == KMP_FRICTION_SLIPS && e->sense != 0;
+}
+
+/* Measures with the forces of elements, and a part of a null vector. */
+static int measure_along(kmp_friction_run *x, const kmp_sharing *s, int k, double part, double t, const double *q,
+                         const double *qd)
+{
+    for (int i = 0; i < s->n; i++) {
+        const int place = s->place[i] == FOLLOWS ? s->place[s->base[i]] : s->place[i];
+        const double way = place >= 0 ? s->scale[place] * s->null[place + k * s->count] : 0;
+        const double force = x->f[i] + part * (s->place[i] == FOLLOWS ? s->ratio[i] * way : way);
+        kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, force);
+    }
+    return kmp_friction_measure(x, t, q, qd);
+}
+
+/* *changes: the level of friction that slips by a load depends on how contacts share. */
+static int find_changed_levels(kmp_friction_run *x, const kmp_sharing *s, double t, const double *q, const double *qd,
+                               bool *changes)
+{
+    double size = 0;
+    bool any = false;
+    *changes = false;
+    for (int i = 0; i < x->count; i++)
+        any = any || slips_by_load(&x->element[i]);
+    for (int i = 0; i < s->count; i++)
+        size = fmax(size, fabs(x->f[s->of[i]]) / s->scale[i]);
+    for (int k = 0; any && k < s->nulls && !*changes; k++) {
+        double most = 0;
+        for (int i = 0; i < s->count; i++)
+            most = fmax(most, fabs(s->null[i + k * s->count]));
+        KMP_FRICTION_TRY(measure_along(x, s, k, 0, t, q, qd));
+        for (int i = 0; i < x->count; i++)
+            x->aside[i] = kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL, x->element[i].sense);
+        KMP_FRICTION_TRY(measure_along(x, s, k, KMP_FRICTION_UNIT * size / most, t, q, qd));
+        for (int i = 0; i < x->count; i++) {
+            const kmp_friction_element *e = &x->element[i];
+            const double change = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL, e->sense) - x->aside[i];
+            *changes = *changes ||
+                       (slips_by_load(e) && fabs(change) > KMP_SHARED_UNFELT * KMP_FRICTION_UNIT * fabs(x->aside[i]));
+        }
+    }
+    return 0;
+}
+
+KMP_LOCAL int kmp_friction_find_present(kmp_friction_run *x, double t, const double *q, const double *qd)
+{
+    bool felt, changes = false;
     kmp_sharing s = kmp_sharing_begin(x->rest, x->d, x->room);
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         const int base = e->base >= 0 ? kmp_sharing_number(e->base, x->rest, x->which) : -1;
         x->lower[k] = -kmp_friction_bound(x, e, 1);
         x->upper[k] = kmp_friction_bound(x, e, -1);
-        if (e->implied || (e->contact ? leaves(x, k) : e->broken && base < 0))
+        const bool alone = !e->contact && base < 0; /* friction of a joint: it shares what it can carry */
+        if (e->implied || (e->contact && leaves(x, k)) || (alone && (e->broken || x->upper[k] - x->lower[k] <= 0)))
             continue;
         if (e->contact)
             kmp_sharing_contact(&s, k, !is_pressed(x, k));
@@ -573,8 +623,22 @@ KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t)
             kmp_sharing_friction(&s, k, base, base < 0 ? 0 : kmp_sharing_ratio(x, e, -1));
     }
     const kmp_sharing_state at = {x->a, x->f, x->partner, x->lower, x->upper};
-    if (kmp_sharing_mark(&s, x, x->which, &felt))
-        kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || kmp_sharing_may_move(&s, &at));
+    if (!kmp_sharing_mark(&s, x, x->which, &felt))
+        return 0;
+    if (q && !felt)
+        KMP_FRICTION_TRY(find_changed_levels(x, &s, t, q, qd, &changes));
+    kmp_sharing_report(x, KMP_FRICTION_FACT_SHARED, t, felt || changes || kmp_sharing_may_move(&s, &at));
+    return 0;
+}
+
+KMP_LOCAL bool kmp_sharing_is_felt_by(const kmp_friction_element *e)
+{
+    return e->base >= 0 || slips_by_load(e);
+}
+
+KMP_LOCAL bool kmp_sharing_is_carried(const kmp_friction_element *e)
+{
+    return e->beside || (e->base < 0 && e->stance == KMP_FRICTION_CARRIED);
 }
 
 KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
@@ -583,9 +647,9 @@ KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t)
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         e->beside = e->contact && e->broken && !leaves(x, k);
-        more = more || e->beside || (e->contact && e->stance == KMP_FRICTION_CARRIED);
+        more = more || kmp_sharing_is_carried(e);
         rubs = rubs || e->base >= 0;
     }
     if (more && !x->past.felt && (rubs || !x->past.shared))
-        kmp_friction_find_present(x, t);
+        (void)kmp_friction_find_present(x, t, NULL, NULL);
 }

@@ -2,7 +2,8 @@
 /* Contacts at rest, or that strike at once, whose forces rigid bodies leave open. A block on three feet in a plane has
  * such contacts, and a block on four feet in space. Other forces with the same accelerations of all contacts exist.
  * Friction that slips follows its contact, and friction at rest is bounded by it, so that the motion may depend on
- * which forces are taken. Generated simulators have this file too. */
+ * which forces are taken. Friction that holds a joint may share the load of a contact, too. Generated simulators have
+ * this file as well. */
 #pragma once
 
 #include "integrators/friction/friction_inside.h"
@@ -10,8 +11,15 @@
 /** After a decision: marks the contacts at rest that share loads, `shares`, and reports them. */
 KMP_LOCAL void kmp_friction_find_shared(kmp_friction_run *x, double t);
 
+/** True for a contact, or friction of a joint, at rest whose row the rows of others imply: they may share its load. */
+KMP_LOCAL bool kmp_sharing_is_carried(const kmp_friction_element *e);
+
 /** The same of the elements that are listed, with their forces in x->f. */
-KMP_LOCAL void kmp_friction_find_present(kmp_friction_run *x, double t);
+KMP_LOCAL int kmp_friction_find_present(kmp_friction_run *x, double t, const double *q, const double *qd);
+
+/** True for friction that may follow how contacts share: of a contact, or of a joint that slips with a level by a load.
+ */
+KMP_LOCAL bool kmp_sharing_is_felt_by(const kmp_friction_element *e);
 
 /* The forces, or impulses, of n elements of which `count` are unknown. */
 typedef struct kmp_sharing {
@@ -54,8 +62,9 @@ KMP_LOCAL double kmp_sharing_ratio(const kmp_friction_run *x, const kmp_friction
 /** The place of an element in a list; -1: it is not there. */
 KMP_LOCAL int kmp_sharing_number(int element, int count, const int *which);
 
-/** Marks the contacts among the elements `which` that share; false: none does. *felt: the motion depends on how.
- * Reports the first ones, and the first ones that are felt, with kmp_sharing_report. */
+/** Marks the contacts among the elements `which` that share, and friction of joints that shares with them; false: none
+ * does. *felt: the motion depends on how. Reports the first ones, and the first ones that are felt, with
+ * kmp_sharing_report. */
 KMP_LOCAL bool kmp_sharing_mark(kmp_sharing *s, kmp_friction_run *x, const int *which, bool *felt);
 KMP_LOCAL void kmp_sharing_report(kmp_friction_run *x, kmp_friction_fact fact, double t, bool felt);
 

@@ -494,6 +494,11 @@ static const char *words_of(const kmp_friction_element *e, const kmp_contact_wor
     }
 }
 
+void kmp_mark_contact(const kempe_system *system, int slot, kmp_role role)
+{
+    atomic_store_explicit(&system->left[slot + (int)role - KMP_ROLE_SENSE], true, memory_order_relaxed);
+}
+
 /* Contacts, or ropes, that share loads, of which the motion depends on how if `felt`. */
 static void report_shared(const kmp_runner *run, const char *what, double t, bool felt)
 {
@@ -501,18 +506,20 @@ static void report_shared(const kmp_runner *run, const char *what, double t, boo
     const kempe_model *model = run->s->model;
     const kmp_friction_run *x = run->sticking.friction;
     kmp_text names = {0};
-    bool shown = false, ropes = true;
+    bool shown = false, ropes = true, contacts = true, marked = false;
     for (int i = 0; i < x->count; i++)
         if (x->element[i].shares) {
-            if (felt && !names.length) /* one of them, for the ensemble of this run */
-                atomic_store_explicit(&run->s->left[x->element[i].slot], true, memory_order_relaxed);
+            if (!marked && x->element[i].contact) /* one of them, for the ensemble of this run */
+                kmp_mark_contact(run->s, x->element[i].slot, felt ? KMP_ROLE_SENSE : KMP_ROLE_HELD);
+            marked = marked || x->element[i].contact;
             const char *name = name_of(run, &x->element[i]);
             ropes = ropes && strcmp(kmp_contact_words_of(model, name).noun, "rope") == 0;
+            contacts = contacts && x->element[i].contact;
             kmp_text_printf(&names, "%s'%s'", names.length ? ", " : "", name);
         }
     if (names.failed)
         return;
-    const char *noun = ropes ? "ropes" : "contacts";
+    const char *noun = ropes ? "ropes" : contacts ? "contacts" : "contacts and friction";
     for (int k = 0; k < model->output_count; k++)
         shown = shown || kmp_output_has_loads(model, &model->outputs[k]);
     kmp_run_log_add(run->log, "shared load", t, NAN, NAN, words, what, noun, names.s);

@@ -85,5 +85,9 @@ void kmp_friction_renew(kmp_runner *run);
  * levels change without an event. */
 kempe_status kmp_friction_watch_shared(kmp_runner *run, double t);
 
-/** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
+/** Marks a contact by its first condition, for the ensemble of a run, in the place of one of its roles: it shares its
+ * load, and the motion depends on how (SENSE) or does not (HELD); it has been struck (LEVEL). */
+void kmp_mark_contact(const kempe_system *system, int slot, kmp_role role);
+
+/** Puts the forces of all elements, friction and contacts, in place of the multipliers of their rows, in a row at t. */
 void kmp_friction_show(kmp_runner *run, double t, double *row);

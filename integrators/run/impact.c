@@ -159,6 +159,8 @@ static void report_impact(void *self, const kmp_impact_run *p, double t, double 
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         if (p->f[k] != 0 && e->contact)
+            kmp_mark_contact(run->s, e->slot, KMP_ROLE_LEVEL);
+        if (p->f[k] != 0 && e->contact)
             kmp_text_printf(&names, "%s'%s' struck at %.4g %s", names.length ? ", " : "", force_of(run, e)->name,
                             0 - p->v[k], force_of(run, e)->touch.turns ? "rad/s" : "m/s");
     }

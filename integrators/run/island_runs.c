@@ -366,7 +366,8 @@ kempe_status kmp_island_runs(const struct kmp_island_systems *parts, const kempe
         status = kmp_fail_memory(system->context);
     for (int i = 0; i < count && status == KEMPE_OK; i++)
         status = run_part(&all, i);
-    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, count))
+    const double until = all.status == KEMPE_OK ? INFINITY : report->t;
+    if (all.log && !kmp_run_log_merge(spec->log, system->context, all.log, count, until))
         status = kmp_fail_memory(system->context);
     const bool complete = status == KEMPE_OK;
     if (complete || status == KEMPE_STOPPED) {

@@ -383,7 +383,7 @@ static kempe_status run_pieces(near_runs *x, piece *p, double to, kmp_row_fn *ta
         KMP_TRY(run_piece(x, p, next, to));
         add_report(report, &p->report, first);
         p->report.reason = NULL;
-        KMP_TRY(kmp_made(x->s->context, kmp_run_log_merge(spec->log, x->s->context, &p->log, 1)));
+        KMP_TRY(kmp_made(x->s->context, kmp_run_log_merge(spec->log, x->s->context, &p->log, 1, INFINITY)));
         KMP_TRY(deliver(x, p, &next, take, user));
         if (p->status != KEMPE_OK || p->report.cut || p->spec.t_end >= spec->t_end)
             return p->status;

@@ -10,6 +10,7 @@
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/language/nearest.h"
+#include "model/read/loads.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "model/read/requests.h"
@@ -26,6 +27,7 @@ typedef struct kmp_added_value {
     /* found: */
     bool or_equal;    /* a condition that holds at zero too */
     bool rates, late; /* it depends on rates; on accelerations or multipliers */
+    bool loads;       /* on multipliers */
     int shown;        /* its number among the computed outputs of the copy (kmp_eval_shown), or -1 - a coordinate's
                        * number among q, qd and qdd */
     const char *unit; /* SI, in the copy's arena */
@@ -299,6 +301,7 @@ static kempe_status add_output(kempe_model *copy, const char *label, kmp_added_v
     v->late = output->kind != KMP_OUTPUT_ENERGY && output->kind != KMP_OUTPUT_MOMENTUM &&
               output->kind != KMP_OUTPUT_ANGULAR_MOMENTUM && output->kind != KMP_OUTPUT_GAP &&
               output->kind != KMP_OUTPUT_OUTLINE_GAP;
+    v->loads = kmp_output_has_loads(copy, output);
     return KEMPE_OK;
 }
 
@@ -360,7 +363,8 @@ static kempe_status add_expression(kempe_model *copy, const char *label, kmp_add
         e = difference_of(copy, e, &v->or_equal);
     if (e) {
         v->unit = v->condition ? "" : unit_of_expression(copy, &a, e);
-        v->late = kmp_expr_acceleration(e) || kmp_expr_lambda(e);
+        v->loads = kmp_expr_lambda(e);
+        v->late = v->loads || kmp_expr_acceleration(e);
         v->rates = v->late || kmp_expr_find(e, kmp_expr_is_rate, NULL) || kmp_expr_find(e, is_unknown, NULL);
         *sensor = (kmp_sensor){.name = v->text, .expr = e};
     }
@@ -935,7 +939,9 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
     kmp_run_quantities *run = &r.list->run;
     for (int k = 0; k < run->count; k++) {
         kmp_run_quantity *q = &r.of[k];
+        const bool averages = q->kind == KMP_TAKE_MEAN || q->kind == KMP_TAKE_RMS || q->kind == KMP_TAKE_INTEGRAL;
         q->or_equal = r.channel[q->channel].or_equal;
+        q->averages = averages && r.channel[q->channel].late;
         run->inside = run->inside || kmp_run_quantity_inside(q->kind);
         for (int i = 0; i < kmp_run_quantity_width(q->kind); i++)
             r.unit[q->first_value + i] = unit_of(&r, q, i);
@@ -945,6 +951,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
         r.shown[k] = r.channel[k].shown;
         run->rates = run->rates || r.channel[k].rates;
         run->late = run->late || r.channel[k].late;
+        run->loads = run->loads || r.channel[k].loads;
         run->computed = run->computed || r.shown[k] >= 0;
     }
     run->of = r.of;

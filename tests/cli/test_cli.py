@@ -2819,6 +2819,55 @@ class Resume(Case):
             self.assertEqual(done.stderr.count(words), warned)
             self.assertEqual(sum(words in entry["text"] for entry in json.loads(done.stdout)["log"]), logged)
 
+    def test_derivatives_of_a_run_that_a_condition_ends(self):
+        """A fall by 0.9 m ends at sqrt(1.8/9.81) s: rows have derivatives there, at this time; an integral to t_end has none, and says why."""
+        model = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {h: 1.1}\nbodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"
+                           "start: {q: {z: h}}\nrun: {t_end: 5, until: q(z) < 0.2, outputs: [q]}\n")
+        self.assertIn(f"at t = {math.sqrt(1.8 / 9.81):.6g} s", self.expect(1, "sensitivity", model, "--parameters", "h").stdout)
+        for more in ("--method", "adjoint"), ("--integral",), ("--integral", "--method", "adjoint"):
+            said = self.expect(1, "sensitivity", model, "--parameters", "h", *more).stderr
+            self.assertIn("the run ends as requested: q(z) < 0.2 at t = 0.428", said)
+            self.assertIn("choose an earlier t_end", said)
+
+    def test_quantities_of_contact_forces(self):
+        """Means of forces lack the impulses of a ball that bounces; forces of three feet are those of one solution. Extremes of places have no warning."""
+        ball = ("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {e: 0.8}\nground: {points: {O: [0, 0, 0]}}\n"
+                "bodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: 1, points: {C: [0, 0, 0]}}}\n"
+                "contacts: {floor: {point: b.C, on: {plane: ground.O}, restitution: e}}\nstart: {q: {z: 0.2}}\nrun: {t_end: 1}\n")
+        feet = ("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {m: 3}\nground: {points: {O: [0, 0, 0]}}\nbodies: {b: {joint: {name: j, planar: z, at: ground}, mass: m, "
+                "inertia: {zz: 0.1}, points: {A: [-1, 0, 0], B: [0, 0, 0], C: [1, 0, 0]}}}\ncontacts:\n"
+                + "".join(f"  {k}: {{point: b.{k}, on: {{plane: ground.O, normal: y}}, restitution: 0}}\n" for k in "ABC") + "run: {t_end: 0.1, outputs: [q]}\n")
+        impulses, open_ = "quantity 'x' lacks the impulses of impacts, such as of 'floor'", "the forces of redundant contacts are not unique in instances, such as 'A'"
+        for text, quantity, sample, words in ((ball, "mean(force(floor))", "e=0.5:0.9", impulses), (ball, "rms(qdd(z))", "e=0.5:0.9", impulses), (ball, "integral(q(z))", "e=0.5:0.9", ""),
+                                              (ball, "max(force(floor))", "e=0.5:0.9", ""), (feet, "max(force(A))", "m=1:2", open_), (feet, "max(q(j.2))", "m=1:2", "")):
+            model = self.model(text)
+            for way in ("ensemble", model, "--quantity", f"x={quantity}"), ("ensemble", model, "--quantity", f"x={quantity}", "--sample", sample, "--instances", "40"):
+                said = self.expect(0, *way).stderr
+                self.assertEqual(said.count(words), 1, said) if words else self.assertEqual(said, "")
+
+    def test_friction_that_shares_with_a_contact(self):
+        """Friction of 4 N on a vertical slide that rests on a foot: the foot may press with 5.81 to 13.81 N, and its friction brakes as much. A stop
+        shares with the friction of its joint, but the motion is unique. Friction without a level, and friction that slips, share nothing."""
+        text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n  foot: {joint: {name: y, prismatic: y, at: cart}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                "forces: {rub: {joint: y, friction: {force: LEVEL}}}\ncontacts: {floor: {CONTACT, restitution: 0}}\n"
+                "start: {qd: {x: 3}}\nrun: {t_end: 0.2, outputs: [q, OUTPUT]}\n")
+        foot, stop = "point: foot.P, on: {plane: ground.O, normal: y}, friction: 0.5", "joint: y, lower: 0"
+        words = "the forces of redundant contacts and friction are not unique, and one solution is shown: 'rub', 'floor'"
+        for contact, level, output, code, said in ((foot, "4", "qd", 5, "friction makes the motion depend on the forces of redundant contacts and friction"),
+                                                   (foot, "0", "qd", 0, ""), (stop, "4", "qd", 0, ""), (stop, "4", "force(floor)", 0, words), (stop, "0", "force(floor)", 0, "")):
+            model = self.model(text.replace("LEVEL", level).replace("CONTACT", contact).replace("OUTPUT", output))
+            for way in ("reduced", "projected"):
+                done = self.expect(code, "simulate", model, "--formulation", way)
+                self.assertTrue(said in done.stderr if said else done.stderr == "", (contact, level, done.stderr))
+        pressed = text.replace("LEVEL", "4").replace("CONTACT", "point: foot.P, on: {plane: ground.O, normal: y}").replace("OUTPUT", "qd")
+        for above, code in ((pressed.replace("contacts:", "  slide: {joint: x, friction: {mu: 0.5}}\ncontacts:").replace("forces: {rub: {joint: y, friction: {force: 4}}}", "forces:\n  rub: {joint: y, friction: {force: 4}}"), 5),
+                            (pressed.replace("point: foot.P, on: {plane: ground.O, normal: y}", "joint: y, lower: 0").replace("contacts:", "  slide: {joint: x, friction: {mu: 0.5}}\ncontacts:")
+                             .replace("forces: {rub: {joint: y, friction: {force: 4}}}", "forces:\n  rub: {joint: y, friction: {force: 4}}"), 0)):
+            self.expect(code, "simulate", self.model(above))
+        shaken = self.model(text.replace("LEVEL", "4").replace("CONTACT", foot).replace("OUTPUT", "qd"))
+        self.assertIn("redundant contacts in instances", self.expect(5, "ensemble", shaken, "--quantity", "v=qd(x)").stderr.replace("the forces of ", ""))
+
     def test_feet_that_strike_again(self):
         """An arm rocks a block on three feet that slip, which open and strike again at once: with equal coefficients there is one motion."""
         text = ("kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"

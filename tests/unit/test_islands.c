@@ -297,17 +297,23 @@ static void in_space(void)
     unload(&l);
 }
 
-/* A part that cannot go on ends the run: its rows are those that all parts have until then. */
+/* A part that cannot go on ends the run: its rows and its log are those that all parts have until then. */
 static void one_that_fails(void)
 {
     static run_rows all;
+    kmp_run_log log = {0};
     scene s = balls(0, 2, "forces: {s: {joint: j1.3, torque: \"1e-3*sqrt(0.35 - t)\"}}\n");
     loaded l = load_text(s.text);
     CHECK(parts_of(s.text) == 3);
-    simulate(&l, false, NULL, &all);
+    log.context = l.context;
+    simulate(&l, false, &log, &all);
     CHECK(all.status == KEMPE_E_FAILED || all.status == KEMPE_STOPPED);
     CHECK(all.report.t > 0.3 && all.report.t < 0.36);
     CHECK(all.count == 1 + (int)(all.report.t * (ROWS - 1)));
+    CHECK(log.kept > 0);
+    for (int k = 0; k < log.kept; k++)
+        CHECK(log.entries[k].t <= all.report.t);
+    kmp_run_log_free(&log);
     unload(&l);
 }
 

@@ -155,6 +155,49 @@ static void four_feet(void)
     unload(&l);
 }
 
+#define RUBS(name) FOOT(name, 0, ", friction: 0.3")
+#define FEET(bodies, contacts)                                                                                         \
+    "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"                                    \
+    "  box: {joint: {name: b, planar: z, at: ground}, mass: 2, com: [0, 0.25, 0], inertia: {zz: 0.3}, points: {"       \
+    "A: [-0.4, 0, 0], B: [0.4, 0, 0], C: [0.5, 0, 0], D: [-0.5, 0, 0], E: [0.05, 0, 0], F: [-0.05, 0, 0], "            \
+    "T: [0, 0.4, 0]}}\n" bodies "contacts:\n" RUBS(A) RUBS(B) RUBS(C) RUBS(D) RUBS(E) RUBS(F) contacts
+
+/* Six feet on a line slip, whose rows begin at `first`. The shown forces balance, friction is by the force of its foot,
+ * and the motion is unique. */
+static void check_feet(const char *text, int first)
+{
+    static const double place[6] = {-0.4, 0.4, 0.5, -0.5, 0.05, -0.05};
+    loaded l = load_text(text);
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        double sum = 0, moment = 0;
+        for (int i = 0; run && i < 6; i++) {
+            const double push = last_lambda(run)[first + 2 * i], along = last_lambda(run)[first + 2 * i + 1];
+            CHECK(push >= 0);
+            CHECK_NEAR(along, -0.3 * push, 1e-9);
+            sum += push;
+            moment += push * place[i] + along * 0.25;
+        }
+        if (run) {
+            CHECK_NEAR(sum, 2 * 9.81, 1e-9);
+            CHECK_NEAR(moment, 0, 1e-9);
+            CHECK_NEAR(last_qd(run)[0], 2 - 0.3 * 9.81 * 0.1, ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Beside them a contact with friction is open, and a slide whose friction depends on its load. */
+static void many_feet(void)
+{
+    check_feet(FEET("", RUBS(T)) "start: {qd: {b.1: 2}}\n", 0);
+    check_feet(FEET("  slide: {joint: {name: s, prismatic: x, at: ground}, mass: 1}\n"
+                    "forces: {rubs: {joint: s, friction: {mu: 0.2}}}\n",
+                    "  far: {gap: q(s) - q(b.1) + 10, restitution: 0}\n") "start: {qd: {b.1: 2, s: 5}}\n",
+               3);
+}
+
 /* A sphere strikes the floor obliquely, without weight: its tangential impulse is mu times the normal one, or what
  * stops the slip. */
 static void oblique(const char *text, double along, double turn)
@@ -696,6 +739,7 @@ int main(void)
     TEST(stopped_slider_crank);
     TEST(two_corners);
     TEST(four_feet);
+    TEST(many_feet);
     TEST(oblique_impacts);
     TEST(off_a_sphere);
     TEST(round_surfaces);

@@ -182,6 +182,59 @@ static kempe_status take_samples(study *s)
     return KEMPE_OK;
 }
 
+/* The velocities of the signals of a direction that an impact at t changes, in s->row. Room: 4 n, and the signals.
+ * *size: the largest jump of a rate, as a velocity. */
+static kempe_status find_jumps(study *s, int direction, double t, double *room, double *size)
+{
+    const kempe_system *system = s->c->system;
+    const int n = system->n;
+    double *q = room, *qd = q + n, *after = qd + n, *jump = after + n, *still = jump + n;
+    KMP_TRY(kempe_trajectory_at_time(s->run, nextafter(t, INFINITY), NULL, after, NULL, NULL));
+    KMP_TRY(kempe_trajectory_at_time(s->run, t, q, qd, NULL, NULL));
+    *size = 0;
+    for (int i = 0; i < n; i++) {
+        jump[i] = after[i] - qd[i];
+        *size = fmax(*size, system->length * fabs(jump[i]) / system->scale[i]);
+    }
+    /* Accelerations are linear in qdd. */
+    KMP_TRY(kempe_outputs_at_state(s->outputs[direction], t, q, qd, NULL, NULL, still));
+    KMP_TRY(kempe_outputs_at_state(s->outputs[direction], t, q, qd, jump, NULL, s->row));
+    for (int i = 0; i < kempe_outputs_count(s->outputs[direction]); i++)
+        s->row[i] -= still[i];
+    return KEMPE_OK;
+}
+
+/* An impact changes velocities at once: no sample of an acceleration has that. */
+static kempe_status doubt_impacts(study *s)
+{
+    const kmp_run_log *log = &s->run->log;
+    const double until = s->start + (s->samples - 1) / s->c->rate;
+    const kmp_comfort_signal *signal = s->c->signal;
+    double *room = KMP_NEW(double, 4 * s->c->system->n + s->c->count + 1);
+    kempe_status status = kmp_made(s->context, room);
+    for (int d = 0; d < KMP_COMFORT_DIRECTIONS; signal += kempe_outputs_count(s->outputs[d++])) {
+        const int count = kempe_outputs_count(s->outputs[d]);
+        bool doubted = count == 0;
+        for (int k = 0; k < log->kept && status == KEMPE_OK && !doubted; k++) {
+            const kmp_log_entry *e = &log->entries[k];
+            double size;
+            if (strcmp(e->kind, "impact") != 0 || !(e->t >= s->c->from && e->t < until))
+                continue;
+            status = find_jumps(s, d, e->t, room, &size);
+            for (int i = 0; i < count && status == KEMPE_OK && !doubted; i++) {
+                doubted = fabs(s->row[i]) > KMP_COMFORT_JUMP * size;
+                if (doubted)
+                    kmp_doubt(s->context,
+                              "comfort: an impact changes the velocity of '%s' by %.3g m/s at t = %.6g s, which no "
+                              "acceleration has: give the contact a 'law'",
+                              signal[i].name, s->row[i], e->t);
+            }
+        }
+    }
+    kmp_free(room);
+    return status;
+}
+
 /* -- numbers ------------------------------------------------------------------------------------------ */
 
 /* The numbers of a signal from samples with a stride. */
@@ -253,6 +306,8 @@ static kempe_status judge(study *s)
     if (status == KEMPE_OK)
         status = take_samples(s);
     (void)kmp_context_quiet(s->context, quiet);
+    if (status == KEMPE_OK)
+        status = doubt_impacts(s);
     for (int k = 0; status == KEMPE_OK && k < c->count; k++)
         status = judge_signal(s, k);
     kmp_arena_free(&room);

@@ -233,41 +233,41 @@ static bool add_values(gather *g)
     return g->of && add_state(g) && add_parameters(g);
 }
 
-/* The friction that sticks of a row of the system; NULL: another closure. */
-static const kmp_force *friction_of_row(const kempe_system *s, int row)
+/* The friction that sticks, or the contact, of a row of the system; NULL: another closure. */
+static const kmp_force *element_of_row(const kempe_system *s, int row)
 {
     const kmp_closure *closure = &s->model->closures[s->rows[row].closure];
-    return kmp_closure_is_friction(closure) ? &s->model->forces[closure->force] : NULL;
+    return kmp_closure_is_of_modes(closure) ? &s->model->forces[closure->force] : NULL;
 }
 
-static int count_friction(const kempe_system *s, int from)
+static int count_elements(const kempe_system *s, int from)
 {
     int count = 0;
     for (int r = from; r < s->m; r++)
-        count += friction_of_row(s, r) != NULL;
+        count += element_of_row(s, r) != NULL;
     return count;
 }
 
-int kmp_slopes_friction(const kmp_slopes *slopes, int row)
+int kmp_slopes_force_of_modes(const kmp_slopes *slopes, int row)
 {
     const kempe_system *s = slopes->system;
-    return friction_of_row(s, row) ? slopes->shown - count_friction(s, row) : -1;
+    return element_of_row(s, row) ? slopes->shown - count_elements(s, row) : -1;
 }
 
-/* The outputs of the model, then the forces of friction that sticks, in the order of its rows: while it slips the
- * multiplier of the row is zero. */
+/* The outputs of the model, then the forces of elements with modes, in the order of their rows: while friction slips
+ * the multiplier of its row is zero, and so it is while the rows of others keep a contact closed. */
 static bool add_outputs(gather *g)
 {
     const kempe_system *s = g->s->system;
-    const int friction = count_friction(s, 0);
-    g->s->shown = g->of_count = g->eq.outputs.shown_count + friction;
+    const int elements = count_elements(s, 0);
+    g->s->shown = g->of_count = g->eq.outputs.shown_count + elements;
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
     for (int i = 0; g->of && i < g->eq.outputs.shown_count; i++)
         g->of[i] = g->eq.outputs.shown[i];
-    for (int r = 0, i = g->eq.outputs.shown_count; g->of && r < s->m && friction > 0; r++) {
-        const kmp_force *force = friction_of_row(s, r);
+    for (int r = 0, i = g->eq.outputs.shown_count; g->of && r < s->m && elements > 0; r++) {
+        const kmp_force *force = element_of_row(s, r);
         if (force)
-            g->of[i++] = kmp_friction_force(&g->eq.tree, &g->eq.model->forces[force - s->model->forces]);
+            g->of[i++] = kmp_modes_force(&g->eq.tree, &g->eq.model->forces[force - s->model->forces]);
     }
     return add_values(g);
 }

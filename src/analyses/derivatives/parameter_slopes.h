@@ -67,8 +67,8 @@ void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double
  * kmp_eval_shown or as kmp_eval_changes has them, valid until the next call. Conditions that end a run are zero. */
 const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at);
 
-/** The place among the outputs of the force of friction that sticks, by its row of the system; -1: another row. */
-int kmp_slopes_friction(const kmp_slopes *slopes, int row);
+/** The place among the outputs of the force of an element with modes, by its row of the system; -1: another row. */
+int kmp_slopes_force_of_modes(const kmp_slopes *slopes, int row);
 
 /** True if condition k depends on accelerations or multipliers. */
 bool kmp_slopes_event_is_late(const kmp_slopes *slopes, int k);

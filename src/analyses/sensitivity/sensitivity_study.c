@@ -217,6 +217,11 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
     if (!kmp_is_complete(s->status) && !partly) {
         status = s->status;
+        if (status == KEMPE_STOPPED && s->reason && *s->reason && !kmp_interrupted(s->context))
+            status = kmp_fail(s->context, KEMPE_E_FAILED,
+                              "%s, before the time that these derivatives are of: choose an earlier t_end, or the "
+                              "forward method without an integral",
+                              s->reason);
         kempe_sensitivity_free(s);
         return status;
     }

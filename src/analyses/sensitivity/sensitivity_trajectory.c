@@ -83,13 +83,13 @@ static kmp_column *source_of(const work *w, int column)
     return &w->s->outputs.of[w->s->chosen[column]];
 }
 
-/* A multiplier of friction that sticks is its force in every mode, which is among the outputs of the equations. */
-static bool is_of_friction(const work *w, int column)
+/* A multiplier of an element with modes is its force in every mode, which is among the outputs of the equations. */
+static bool is_of_modes(const work *w, int column)
 {
     const kempe_system *s = w->s->system;
     const kmp_column *of = source_of(w, column);
     return of->quantity == KMP_QUANTITY_LAMBDA &&
-           kmp_closure_is_friction(&s->model->closures[s->rows[of->index].closure]);
+           kmp_closure_is_of_modes(&s->model->closures[s->rows[of->index].closure]);
 }
 
 static kempe_status prepare(work *w)
@@ -113,11 +113,11 @@ static kempe_status prepare(work *w)
         return KEMPE_OK;
     bool shown = false;
     for (int c = 0; c < s->columns; c++)
-        shown = shown || source_of(w, c)->quantity == KMP_QUANTITIES || is_of_friction(w, c);
+        shown = shown || source_of(w, c)->quantity == KMP_QUANTITIES || is_of_modes(w, c);
     KMP_TRY(kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, shown, &w->slopes));
     for (int c = 0; c < s->columns; c++)
-        if (is_of_friction(w, c)) {
-            source_of(w, c)->index = kmp_slopes_friction(w->slopes, source_of(w, c)->index);
+        if (is_of_modes(w, c)) {
+            source_of(w, c)->index = kmp_slopes_force_of_modes(w->slopes, source_of(w, c)->index);
             source_of(w, c)->quantity = KMP_QUANTITIES;
         }
     KMP_TRY(kmp_sensitivity_equations_init(&w->varied, s->system, w->spec.backend, w->slopes));

@@ -100,17 +100,22 @@ static void apply_along(kmp_forces *forces, const kmp_tree *tree, const kmp_forc
             kmp_apply_effort(forces, tree, motion[i], kmp_mul(tree->graph, slope[i], effort));
 }
 
-/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
- * are the only inputs of conditions, there is no run, and a derivative needs the force itself. The static level has no
- * part in the effort, but its conditions are among the conditions of the law. */
+/* The value of the output is the multiplier of the element's row: a run puts the force of every mode there. If modes
+ * are the only inputs of conditions, there is no run, and a derivative needs the force itself. */
+static kmp_ref force_of_modes(const kmp_tree *tree, const kmp_force *force)
+{
+    return tree->conditions.settled || tree->friction_in_place ? kmp_modes_force(tree, force)
+                                                               : kmp_tree_multiplier(tree, force->closure, 0);
+}
+
+/* The static level has no part in the effort, but its conditions are among the conditions of the law. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
     kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
-    *value = tree->conditions.settled || tree->friction_in_place ? kmp_friction_force(tree, force)
-                                                                 : kmp_tree_multiplier(tree, force->closure, 0);
+    *value = force_of_modes(tree, force);
     (void)kmp_friction_value(tree, &(kmp_condition){.of = force, .role = KMP_ROLE_STATIC});
     apply_along(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)
@@ -312,13 +317,13 @@ void kmp_law_torsion(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
 }
 
 /* A rigid contact. Its force is the multiplier of its row; where the rows of others keep it closed it is given, and
- * applied here. The value of the output is the multiplier: a run puts the force of every mode there. */
+ * applied here. */
 void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope;
     int *motion;
-    value[0] = kmp_tree_multiplier(tree, force->closure, 0);
+    value[0] = force_of_modes(tree, force);
     /* The place of its centre in the bearing. */
     kmp_ref square = KMP_ZERO;
     for (int k = 0; k < 3 && force->touch.clearance && force->vector[k]; k++) {

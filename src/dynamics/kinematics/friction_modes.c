@@ -352,6 +352,11 @@ kmp_ref kmp_touch_push(const kmp_tree *tree, const kmp_force *contact)
     return kmp_add(g, kmp_friction_input(tree, contact, KMP_ROLE_GIVEN), held);
 }
 
+kmp_ref kmp_modes_force(const kmp_tree *tree, const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_TOUCH ? kmp_touch_push(tree, force) : kmp_friction_force(tree, force);
+}
+
 /* For an open contact: its distance, raised by the distance that counts as zero. */
 static kmp_ref distance_left(const kmp_tree *tree, const kmp_force *contact)
 {

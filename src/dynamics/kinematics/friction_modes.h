@@ -68,5 +68,8 @@ kmp_ref kmp_friction_force(const kmp_tree *tree, const kmp_force *force);
 /** The force of a rigid contact in any mode, along the normal. */
 kmp_ref kmp_touch_push(const kmp_tree *tree, const kmp_force *contact);
 
+/** Either of them: the force of an element with modes. */
+kmp_ref kmp_modes_force(const kmp_tree *tree, const kmp_force *force);
+
 /** The value of a condition of friction or of a rigid contact. */
 kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition);

@@ -481,15 +481,15 @@ KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
     return e->b ? kmp_tree_surface(tree, e, x, y) : kmp_tree_table(tree, e, x);
 }
 
-/* The multiplier of friction that sticks is its force in every mode: in laws by its mode; in outputs runs put it among
- * the multipliers. A level has only the forces of frictions
+/* The multiplier of friction that sticks, and of a rigid contact, is its force in every mode: in laws by its mode; in
+ * outputs runs put it among the multipliers. A level has only the forces of frictions
  * that are written before it: levels then never depend on each other in a circle. */
 KMP_NOINLINE static kmp_ref multiplier(const kmp_tree *tree, int closure, int component)
 {
     const kmp_closure *c = &tree->model->closures[closure];
-    if (!kmp_closure_is_friction(c) || (tree->conditions.settled && !tree->friction_in_place))
+    if (!kmp_closure_is_of_modes(c) || (tree->conditions.settled && !tree->friction_in_place))
         return kmp_tree_multiplier(tree, closure, component);
-    return kmp_friction_force(tree, &tree->model->forces[c->force]);
+    return kmp_modes_force(tree, &tree->model->forces[c->force]);
 }
 
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)

@@ -250,6 +250,43 @@ bool kmp_ensemble_has_mark(const kempe_system *s, int k)
            (condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH);
 }
 
+/* The first contact with a mark of a role in some engine; NULL: none. Marks are forgotten. */
+static const char *take_contact(const kmp_ensemble *e, kmp_role role)
+{
+    const kmp_events *events = &e->engine[0]->s->events;
+    const char *name = NULL;
+    for (int k = 0; k < events->count; k++) {
+        const kmp_force *force = events->condition[k].of;
+        if (events->condition[k].role != role || force->kind != KMP_FORCE_TOUCH)
+            continue;
+        for (int i = 0; i < KMP_TEAM_MOST; i++)
+            if (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false) && !name)
+                name = force->name;
+    }
+    return name;
+}
+
+/* Warns of quantities by forces that rigid bodies leave open, and of means across impacts. */
+static void report_contacts(const kmp_ensemble *e, const kmp_run_quantities *quantities, bool reports)
+{
+    const char *shares = take_contact(e, KMP_ROLE_HELD), *struck = take_contact(e, KMP_ROLE_LEVEL);
+    if (!reports || !quantities)
+        return;
+    if (shares && quantities->loads)
+        kmp_log(e->model->context, KEMPE_LOG_WARNING,
+                "the forces of redundant contacts are not unique in instances, such as '%s', and quantities are of one "
+                "solution",
+                shares);
+    for (int k = 0; struck && k < quantities->count; k++)
+        if (quantities->of[k].averages) {
+            kmp_log(e->model->context, KEMPE_LOG_WARNING,
+                    "quantity '%s' lacks the impulses of impacts, such as of '%s', where forces and accelerations are "
+                    "infinite: use a compliant 'law'",
+                    quantities->name[quantities->of[k].first_value], struck);
+            break;
+        }
+}
+
 /* Reports the marks of all engines, or forgets earlier ones. Deflections are reported with their instances,
  * and which instances depend on shared loads. */
 static void report_conditions(kmp_ensemble *e, bool reports)
@@ -327,12 +364,14 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     const bool presses = is_shared(e->engine[0]->s), quiet = kmp_context_quiet(context, true);
     report_conditions(e, false);
+    report_contacts(e, NULL, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
     for (int k = 0; k < KMP_TEAM_MOST && !open; k++)
         open = r.begun[k] && kmp_time_scales_doubt(context, &e->engine[k]->pulses, 0);
     e->work.doubted = open || presses;
     report_conditions(e, true);
+    report_contacts(e, chosen.quantities, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {

@@ -27,6 +27,7 @@ typedef struct kmp_run_quantity {
     kmp_run_quantity_kind kind;
     int channel;   /* of a condition: it holds where the value is negative */
     bool or_equal; /* or zero */
+    bool averages; /* a mean or an integral of accelerations or multipliers, which lacks the impulses of impacts */
     double time;   /* of KMP_TAKE_AT */
     bool spanned;  /* it is taken between begin and end, not over the whole run */
     double begin, end;
@@ -53,6 +54,7 @@ typedef struct kmp_run_quantities {
     bool inside;        /* some quantity depends on states within steps */
     bool rates, late;   /* some channel depends on rates; on accelerations or multipliers */
     bool computed;      /* some channel is a computed output */
+    bool loads;         /* some channel depends on multipliers */
 } kmp_run_quantities;
 
 /** Number of values of a kind: 2 for an extreme with its time, else 1. */
