@@ -730,6 +730,14 @@ kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec,
     return status;
 }
 
+kempe_status kmp_run_goes_apart(const kempe_system *system, const kmp_run_spec *spec, bool *apart)
+{
+    const struct kmp_island_systems *parts = NULL;
+    KMP_TRY(kmp_island_systems_of(system, spec, &parts));
+    *apart = parts || kmp_near_may_pay(system, spec);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report)
 {

@@ -137,6 +137,9 @@ typedef struct kmp_run_report {
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report);
 
+/** *apart: kmp_run makes it in parts or pieces, with separate steps (island_runs.h, near_runs.h). */
+kempe_status kmp_run_goes_apart(const kempe_system *system, const kmp_run_spec *spec, bool *apart);
+
 /** The same as one mechanism, where kmp_run runs parts that share nothing one by one (island_runs.h). */
 kempe_status kmp_run_whole(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                            kmp_row_fn *row, void *user, kmp_run_report *report);

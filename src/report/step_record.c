@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The runner is advanced here step by step, so that unmonitored runs have no overhead. When there is no more room for
- * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
+/* The runner is advanced here step by step, so that unmonitored runs have no overhead; a run in parts has rows only.
+ * When there is no more room for ranges of steps, neighbours are merged in pairs, and from then on each range has twice
+ * as many steps. */
 #include "report/step_record.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
@@ -100,6 +101,33 @@ static kempe_status advance(recording *r)
     return status;
 }
 
+/* -- a run in parts ------------------------------------------------------------------------------------ */
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    return kmp_samples_add(&((kmp_record *)user)->row, t, q, qd, qdd, lambda, work);
+}
+
+/* Steps of parts are not recorded. */
+static kempe_status run_apart(recording *r, const kempe_system *system, const kmp_run_spec *spec,
+                              const kempe_assembly *start)
+{
+    kmp_run_spec own = *spec;
+    kmp_run_report report;
+    double *times = KMP_ARENA_NEW(&r->record->arena, double, r->rows + 1);
+    KMP_TRY(kmp_made(system->context, times));
+    for (int k = 0; k <= r->rows; k++)
+        times[k] = k == r->rows ? own.t_end : own.t_start + (own.t_end - own.t_start) * k / r->rows;
+    own.times = times;
+    own.time_count = r->rows + 1;
+    kempe_status status = kmp_run(system, &own, start, take_row, r->record, &report);
+    if (status == KEMPE_E_FAILED && report.reason)
+        (void)kmp_fail(system->context, status, "%s", report.reason);
+    kmp_free(report.reason);
+    return status;
+}
+
 /* -- residuals and energy ---------------------------------------------------------------------------- */
 
 /* Kinetic energy below this part of the potential's value counts as rounding, as in verdicts. */
@@ -150,10 +178,14 @@ kempe_status kmp_record_run(const kempe_system *system, const kmp_run_spec *spec
     r.ranges = KMP_ARENA_NEW(&r.arena, kmp_step_range, KMP_RECORD_RANGES);
     bool ok = KMP_ARENA_MAKE(&r.arena, KMP_ROOM(double, rows + 2, &r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential),
                              KMP_ROOM(double, 3 * system->n + system->m, &work.room));
-    kempe_status status =
-        ok ? kmp_runner_new(system, work.spec, start, &work.runner) : kmp_fail_memory(system->context);
+    bool apart = false;
+    kempe_status status = kmp_made(system->context, ok);
     if (status == KEMPE_OK)
-        status = advance(&work);
+        status = kmp_run_goes_apart(system, work.spec, &apart);
+    if (status == KEMPE_OK && !apart)
+        status = kmp_runner_new(system, work.spec, start, &work.runner);
+    if (status == KEMPE_OK)
+        status = apart ? run_apart(&work, system, work.spec, start) : advance(&work);
     kmp_runner_free(work.runner);
     if (kmp_has_result(status)) {
         kempe_status judged = judge(system, own.backend, &r);

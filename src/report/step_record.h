@@ -23,7 +23,7 @@ typedef struct kmp_record {
     double *hdot;
     double *energy; /* per row: (E - work - its value in the first row) / size, as in verdicts */
     double *kinetic, *potential;
-    kmp_step_range *ranges;
+    kmp_step_range *ranges; /* none of a run in parts, with separate steps */
     int range_count;
     long each; /* steps a range, but for the last */
     kmp_run_log log;

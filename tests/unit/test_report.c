@@ -389,6 +389,30 @@ static void happenings_are_kept(void)
     unload(&l);
 }
 
+/* Parts that share nothing have separate steps: the record has rows and events, and no steps. */
+static void parts_have_rows(void)
+{
+    static const char parts[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+        "  a: {joint: {name: x, revolute: z, at: ground}, mass: 1, com: [1, 0, 0], inertia: {zz: 0.1}}\n"
+        "  b: {joint: {name: y, prismatic: y, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+        "contacts: {floor: {point: b.P, on: {plane: ground.O, normal: y}, restitution: 0.8}}\n"
+        "start: {q: {y: 0.5}}\n";
+    loaded l = load_text(parts);
+    kempe_comparison *c = compare(l.system, "1e-8", 1);
+    kmp_record r;
+    CHECK(kmp_record_make(c, 0, 1, &r) == KEMPE_OK);
+    CHECK(r.range_count == 0 && r.row.rows == KMP_RECORD_ROWS + 1 && r.log.kept > 0);
+    for (int k = 0; k < r.row.rows; k++)
+        CHECK_NEAR(kmp_samples_time(&r.row, k), (double)k / KMP_RECORD_ROWS, 1e-15);
+    const int falls = KMP_RECORD_ROWS / 4; /* until 0.25 s */
+    CHECK_NEAR(kmp_samples_get(&r.row, KMP_QUANTITY_Q, falls)[1], 0.5 - 9.81 / 32, 1e-7);
+    CHECK(fabs(r.energy[falls]) < 1e-7);
+    kmp_record_free(&r);
+    kempe_comparison_free(c);
+    unload(&l);
+}
+
 /* -- what is drawn ----------------------------------------------------------------------------------------- */
 
 static void drawing_of_a_slider(void)
@@ -679,6 +703,7 @@ int main(void)
     TEST(runs_are_watched);
     TEST(a_spin_is_shown_whole);
     TEST(happenings_are_kept);
+    TEST(parts_have_rows);
     TEST(drawing_of_a_slider);
     TEST(curves_are_where_points_are);
     TEST(chains_deform_as_a_whole);

@@ -56,7 +56,11 @@ function stepSets() {
     return sets;
 }
 
+/* A run in parts has no steps of the whole. */
 function drawSteps(span) {
+    const stepped = data.shown.some((shown) => shown.steps.length > 0);
+    byId("over-step").closest("figure").hidden = !stepped;
+    if (!stepped) return;
     const range = rangeOf(data.shown.flatMap((shown) => shown.steps.flatMap((step) => step.slice(1))), 1.5) || [1e-3, 1];
     const label = (item) => {
         const entry = item.raw.entry;
