@@ -616,6 +616,9 @@
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,
  * and the position of a state, which is the integral of that state. */
 #define KMP_UNCONTROLLED 1e300
+/** Differences of the unknowns, over their sizes, for the largest eigenvalue at the start: far above rounding, and
+ * small enough for a value with one digit. */
+#define KMP_FASTEST_DIFFERENCE 1e-7
 
 /* -- times --------------------------------------------------------------------------------------------- */
 

@@ -19,6 +19,7 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/formulations/fastest_rate.h"
 #include "integrators/formulations/reduced_programs.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
@@ -547,7 +548,21 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
 }
 
-/* There are no lanes where no program is good, as with a link without inertia, and none is due later. */
+/* True if stability limits explicit steps so much that stages of radau one by one take less time: they take some four
+ * times as many evaluations as a step of dop853. Only at the start, before a choice. */
+static bool is_stiff_at_start(const kmp_reduced *d)
+{
+    const kmp_formulation_start *s = &d->start;
+    const double wide = 6, times = 4; /* of the region of stability; of the steps */
+    if (d->use.steps > 0 || !(s->atol > 0))
+        return false;
+    const double rate = kmp_fastest_rate(&d->formulation.ode, s->t, d->formulation.y, d->formulation.atol,
+                                         KMP_FASTEST_DIFFERENCE / s->atol);
+    return rate * s->length / (s->rate_scale * wide) > times * kmp_steps_expected(s->rtol, s->length);
+}
+
+/* Stages are evaluated one by one where no program is good, as with a link without inertia, and none is due later: that
+ * is worth while where the motion is stiff. */
 static int make_lanes(void *self, double t)
 {
     kmp_reduced *d = self;
@@ -556,7 +571,7 @@ static int make_lanes(void *self, double t)
         return KMP_HALT;
     d->formulation.lacks_lanes = false;
     const bool may = d->programs.stages.lanes || d->use.made_late || d->use.due_saddle_program < LONG_MAX;
-    ode->lanes = may ? rhs_of_stages : NULL;
+    ode->lanes = may || is_stiff_at_start(d) ? rhs_of_stages : NULL;
     ode->width = ode->lanes ? KMP_STAGE_LANES : 0;
     ode->cycles_of_lanes = ode->lanes ? ode->cycles_of_lanes : 0;
     return KMP_GO;
