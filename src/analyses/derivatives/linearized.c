@@ -363,8 +363,12 @@ void kmp_linear_inertia(kmp_linear *l)
     for (int k = 0; l->inertia && k < p; k++) {
         memset(l->work, 0, (size_t)n * sizeof *l->work);
         kmp_tangents_add(&l->tangents, KMP_M, l->d, 1, l->red.x + k * n, l->work);
-        for (int i = 0; i < p; i++)
-            l->inertia[i + k * p] = kmp_dot(n, l->red.x + i * n, l->work);
+        /* X' work as sums over the entries of `work` that are not zero: few where parts share no inertia. */
+        double *column = l->inertia + (ptrdiff_t)k * p;
+        memset(column, 0, (size_t)p * sizeof *column);
+        for (int j = 0; j < n; j++)
+            for (int i = 0; l->work[j] != 0 && i < p; i++)
+                column[i] += l->red.x[j + (ptrdiff_t)i * n] * l->work[j];
     }
 }
 

@@ -940,7 +940,7 @@ static bool find_direction(descent *w)
             else if (fabs(value) <= KMP_WAY_FLAT)
                 wanted = pull > BALANCED ? KMP_WAY_FLAT : 1;
             for (int j = 0; wanted != value && j < p; j++)
-                for (int i = 0; i < p; i++)
+                for (int i = 0; v[j] != 0 && i < p; i++)
                     w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
         }
         if (!newton_step(w))
