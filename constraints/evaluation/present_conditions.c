@@ -92,17 +92,30 @@ void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const 
     eval->conditions.solved[1] = late ? late + eval->conditions.late_count : NULL;
 }
 
+/* Sets the entries of a closure's rows, which are in the order of the closures. */
+static void set_rows_of(const kempe_system *s, int closure, double value, double *lambda)
+{
+    int low = 0, high = s->m;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (s->rows[middle].closure < closure)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (int r = low; r < s->m && s->rows[r].closure == closure; r++)
+        lambda[r] = value;
+}
+
 void kmp_eval_show_friction(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                             double *lambda, double *change)
 {
     const kempe_system *s = eval->system;
     kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, change);
-    for (int r = 0; r < s->m; r++) {
-        const kmp_closure *closure = kmp_model_closure(s->model, s->rows[r].closure);
-        const kmp_force *force = kmp_closure_is_of_modes(closure) ? kmp_model_force(s->model, closure->force) : NULL;
-        for (int k = 0; k < s->events.count && force; k++)
-            if (s->events.condition[k].role == KMP_ROLE_GIVEN && s->events.condition[k].of == force)
-                lambda[r] = change[k];
+    for (int k = 0; k < s->events.count; k++) {
+        const kmp_condition *condition = &s->events.condition[k];
+        if (condition->role == KMP_ROLE_GIVEN)
+            set_rows_of(s, ((const kmp_force *)condition->of)->closure, change[k], lambda);
     }
 }
 

@@ -10,6 +10,8 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "dynamics/program_cache.h"
 #include "integrators/formulations/run_log.h"
+#include "model/data/body.h"
+#include "model/data/closure_table.h"
 #include "model/data/islands.h"
 #include "model/data/model.h"
 #include "platform/platform.h"
@@ -107,14 +109,26 @@ static bool find_rows(part_system *part, const kempe_system *whole, const int *f
     return rows;
 }
 
+/* True if no body hangs on another one, and no closure but contacts and friction connects them: a search for fewer
+ * operations would find next to nothing. */
+static bool moves_freely(const kempe_model *model)
+{
+    bool freely = true;
+    for (int b = 0; b < model->body_count; b++)
+        freely = freely && model->bodies[b].parent <= 0;
+    for (int c = 0; c < model->closure_count; c++)
+        freely = freely && kmp_closure_is_of_modes(&model->closures[c]);
+    return freely;
+}
+
 static kempe_status make_part(struct kmp_island_systems *all, const kempe_system *whole, const int *first, bool brief,
                               struct kmp_island_systems *earlier, part_system *part)
 {
     if (!take_earlier(part, earlier)) {
         kempe_model *model = part->island->model;
         model->run.dynamics = whole->dynamics;
-        KMP_TRY(brief ? kmp_system_new_brief(model, whole->dynamics, &part->system)
-                      : kmp_system_new_by(model, NULL, &part->system));
+        KMP_TRY(brief && moves_freely(model) ? kmp_system_new_brief(model, whole->dynamics, &part->system)
+                                             : kmp_system_new_by(model, NULL, &part->system));
     }
     if (find_rows(part, whole, first, &all->arena))
         return KEMPE_OK;

@@ -463,7 +463,7 @@ static void put_equation(kmp_text *text, const kempe_linearization *l, int first
  * and not shown. */
 static bool show_group(kmp_text *text, const kempe_linearization *l, int first, int count, bool all)
 {
-    kmp_matrix_row m[KMP_MATRICES];
+    kmp_matrix_row m[KMP_MATRICES] = {0};
     int columns = 0;
     for (int k = 0; k < count; k++) {
         m[k] = matrix_row(l, first + k);
