@@ -405,14 +405,17 @@ static double angles_near(const kmp_chart_joint *j, matrix r, const double near[
     return otherwise;
 }
 
-KMP_LOCAL double kmp_chart_joint_follow(const kmp_chart_joint *j, const double *chart, const double near[3], bool sided,
-                                        const double *q, double angles[3])
+KMP_LOCAL double kmp_chart_joint_follow(const kmp_chart_joint *j, const double *chart, const double *before,
+                                        const double near[3], bool sided, const double *q, double angles[3])
 {
     matrix total;
     spin s;
+    double far = 0;
     bool touches = fabs(sin(near[1] - fold(j))) < KMP_AXES_TOUCH;
     whole(j, chart, q, NULL, NULL, total, &s);
-    return angles_near(j, total, near, sided && !touches, KMP_AXES_TOUCH, angles);
+    for (int k = j->first; k < j->first + 3; k++)
+        far = fmax(far, fabs(q[k] - before[k]));
+    return fmax(far, angles_near(j, total, near, sided && !touches, KMP_AXES_TOUCH, angles));
 }
 
 KMP_LOCAL double kmp_chart_joint_show(const kmp_chart_joint *j, const double *chart, const double near[3], double *q,

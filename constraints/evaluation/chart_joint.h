@@ -48,10 +48,11 @@ KMP_LOCAL double kmp_chart_joint_show(const kmp_chart_joint *j, const double *ch
                                       double *qd, double *qdd);
 
 /** The user's angles of q, followed from near[3] shortly before: on the same side of the singular position when
- * `sided`, unless near[3] touches it, where motions pass through. Returns their distance from near[3]. They serve to be
- * followed and are not exact at a touch. */
-KMP_LOCAL double kmp_chart_joint_follow(const kmp_chart_joint *j, const double *chart, const double near[3], bool sided,
-                                        const double *q, double angles[3]);
+ * `sided`, unless near[3] touches it, where motions pass through. Returns their distance from near[3], or the distance
+ * of q from `before`, its values there, if that is larger: whole turns are visible only in q. They serve to be followed
+ * and are not exact at a touch. */
+KMP_LOCAL double kmp_chart_joint_follow(const kmp_chart_joint *j, const double *chart, const double *before,
+                                        const double near[3], bool sided, const double *q, double angles[3]);
 
 /** Converts small changes dq, dqd and dqdd (the last may be NULL) from one chart to changes of the same motion
  * in another. Both charts are unchanged. */

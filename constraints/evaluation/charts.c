@@ -91,11 +91,11 @@ double kmp_chart_show(const kempe_system *system, int c, const double *chart, co
     return kmp_chart_joint_show(&j, chart + at(c), near, q, qd, qdd);
 }
 
-double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
-                        const double *q, double angles[3])
+double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double *before,
+                        const double near[3], bool sided, const double *q, double angles[3])
 {
     const kmp_chart_joint j = joint_of(system, c);
-    return kmp_chart_joint_follow(&j, chart + at(c), near, sided, q, angles);
+    return kmp_chart_joint_follow(&j, chart + at(c), before, near, sided, q, angles);
 }
 
 void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *from, const kmp_chart_motion *to,

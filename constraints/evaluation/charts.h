@@ -38,8 +38,8 @@ void kmp_chart_enter(const kempe_system *system, int c, const double *chart, con
                      const double rates[3], const double *q, double *qd);
 double kmp_chart_show(const kempe_system *system, int c, const double *chart, const double near[3], double *q,
                       double *qd, double *qdd);
-double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
-                        const double *q, double angles[3]);
+double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double *before,
+                        const double near[3], bool sided, const double *q, double angles[3]);
 void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *from, const kmp_chart_motion *to,
                      double *dq, double *dqd, double *dqdd);
 

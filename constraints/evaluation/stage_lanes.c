@@ -66,8 +66,7 @@ void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval)
 
 KMP_CLEARS(kmp_stage_lanes, stages, kmp_lanes_free(stages->lanes), kmp_free(stages->mode), kmp_free(stages->times))
 
-const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
-                                  const double *qd)
+void kmp_stage_lanes_place(kmp_stage_lanes *stages, const double *t, const double *q, const double *qd)
 {
     /* Parameters and charts that the evaluator has now. */
     const kmp_evaluator *eval = stages->eval;
@@ -81,6 +80,12 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
     kmp_lanes_set(stages->lanes, KMP_IN_Q, q);
     if (qd)
         kmp_lanes_set(stages->lanes, KMP_IN_QD, qd);
+}
+
+const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
+                                  const double *qd)
+{
+    kmp_stage_lanes_place(stages, t, q, qd);
     return kmp_lanes_run(stages->lanes, stage);
 }
 

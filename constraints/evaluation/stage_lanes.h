@@ -34,6 +34,9 @@ void kmp_stage_lanes_take(kmp_stage_lanes *stages, const kmp_evaluator *eval);
 const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
                                   const double *qd);
 
+/** Only sets these, for runs of several stages by kmp_lanes_run. */
+void kmp_stage_lanes_place(kmp_stage_lanes *stages, const double *t, const double *q, const double *qd);
+
 /** Copies the values of lanes to a row of `count` for each of them. */
 void kmp_stage_lanes_rows(int count, const double *values, double *rows);
 

@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/closing/close.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"
 #include "constraints/programs/saddle_program.h"
@@ -240,7 +241,7 @@ static bool make_multipliers(maker *k, const kmp_ref *udd)
 static void take_loads(maker *k)
 {
     const kempe_system *s = k->w.s;
-    for (int j = 0; j < s->load_row_count; j++) {
+    for (int j = 0; j < s->load_row_count; j++) { /* as kmp_load_rows */
         int at = -1, row = s->load_rows[j];
         for (int i = 0; i < k->r; i++)
             at = k->red->part->rows[i] == row ? i : at;
@@ -546,9 +547,10 @@ struct kmp_reduced_program {
     int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
                           * sign */
     kmp_writer_efforts given;
-    const double *dv;    /* r: the last correction, where it closes */
-    const double *left;  /* r: the one that is left after it */
-    const double *power; /* of the last run */
+    kmp_load_passes loads; /* of multipliers that forces depend on; without room: there are none */
+    const double *dv;      /* r: the last correction, where it closes */
+    const double *left;    /* r: the one that is left after it */
+    const double *power;   /* of the last run */
 };
 
 /* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:
@@ -568,10 +570,29 @@ static bool find_signs(const kmp_reduced_program *f, const double *pivot, int *s
     return regular;
 }
 
+/* Solves for the multipliers that forces depend on, from the evaluator's. False: they do not settle. */
+static bool settle_loads(kmp_reduced_program *f)
+{
+    kmp_load_passes *x = &f->loads;
+    kmp_machine *machine = f->made.machine;
+    if (!x->nu)
+        return true;
+    kmp_load_begin(x, f->red->eval->nu);
+    (void)kmp_machine_run(machine, KMP_REDUCED_PROGRAM_CLOSE);
+    do
+        kmp_machine_set(machine, KMP_IN_LAMBDA, x->nu);
+    while (kmp_load_pass(x, kmp_machine_run(machine, KMP_REDUCED_PROGRAM_RATES)));
+    return kmp_load_all_settled(x);
+}
+
 /* Runs the stages before END at a state, with the efforts of the last run. Returns the last outputs. */
 static const double *run_stages(kmp_reduced_program *f, double t, const double *y)
 {
     kmp_writer_machine_place(&f->made, t, y);
+    if (f->loads.nu) {
+        (void)settle_loads(f);
+        return kmp_machine_run(f->made.machine, f->layout.stage);
+    }
     if (f->closes)
         (void)kmp_machine_run(f->made.machine, KMP_REDUCED_PROGRAM_CLOSE);
     const double *out = kmp_machine_run(f->made.machine, KMP_REDUCED_PROGRAM_RATES);
@@ -598,11 +619,15 @@ static bool choose_program(kmp_reduced_program *f, kmp_program **program)
         *program = written.program;
         return made;
     }
-    const kmp_reduced_program_plan plan = {
-        .order = f->order, .power = s->dissipative, .closes = f->closes, .rows = !f->closes};
+    const kmp_reduced_program_plan plan = {.order = f->order,
+                                           .power = s->dissipative,
+                                           .closes = f->closes,
+                                           .drives = s->dissipative && s->rheonomic,
+                                           .rows = !f->closes};
     kmp_reduced_program_written written = kmp_reduced_program_write(f->red, &plan);
     kmp_saddle_program_layout *l = &f->layout;
-    *l = (kmp_saddle_program_layout){.stage = s->force ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES,
+    const bool later = s->force || s->load_row_count > 0;
+    *l = (kmp_saddle_program_layout){.stage = later ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES,
                                      .pivots = p,
                                      .multipliers = written.layout.multipliers,
                                      .rates = p,
@@ -632,6 +657,8 @@ static kempe_status build_program(kmp_reduced_program **out, const kmp_reduction
                        KMP_ROOM(double, efforts, &f->given.q, &f->given.qd));
     if (made && efforts > 0)
         f->given.effort = KMP_ARENA_NEW(&f->arena, double, efforts);
+    if (made && red->eval->nu)
+        made = kmp_load_passes_init(&f->loads, &f->arena, red->eval->system, red->part, 1);
     if (!made || f->arena.failed) {
         kmp_reduced_program_free(f);
         return kmp_fail_memory(red->eval->system->context);
@@ -666,9 +693,10 @@ static kempe_status build_program(kmp_reduced_program **out, const kmp_reduction
 kempe_status kmp_reduced_program_new(kmp_reduced_program **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
+    const kempe_system *s = red->eval->system;
     /* The program must have all numbers, and the linear algebra be small. */
     bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_eval_program(red->eval, false)->block_count == 0 &&
-                kmp_writer_blocks_fit(red);
+                kmp_writer_blocks_fit(red) && (s->load_row_count == 0 || (!closes && !s->force));
     return fits ? build_program(out, red, closes, false) : KEMPE_OK;
 }
 
@@ -724,6 +752,9 @@ bool kmp_reduced_program_finish(kmp_reduced_program *f, double t, const double *
     const double *rates = f->given.effort ? kmp_machine_run(f->made.machine, KMP_REDUCED_PROGRAM_RATES) : NULL;
     if (rates)
         kmp_writer_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, rates);
+    const bool settled = settle_loads(f);
+    if (f->loads.nu && settled) /* from which the next state begins */
+        memcpy(f->red->eval->nu, f->loads.nu, (size_t)f->loads.m * sizeof(double));
     const double *out = kmp_machine_run(f->made.machine, l->stage);
     f->left = rates && !f->by_saddle ? rates + r : out + l->left;
     f->power = out + l->power;
@@ -738,7 +769,7 @@ bool kmp_reduced_program_finish(kmp_reduced_program *f, double t, const double *
         dy[c] = y[p + c];
         positive = positive && (f->by_saddle || out[(size_t)l->pivot + c] > 0);
     }
-    return f->by_saddle ? kmp_saddle_program_is_good(l, out, 1) : positive;
+    return f->by_saddle ? kmp_saddle_program_is_good(l, out, 1) : positive && settled;
 }
 
 double kmp_reduced_program_power(const kmp_reduced_program *f)
@@ -881,4 +912,14 @@ const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *f)
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *f)
 {
     return &f->layout;
+}
+
+kmp_counts kmp_reduced_program_count(const kmp_reduced_program *f)
+{
+    const kmp_program *p = f->made.program;
+    const int slopes = f->loads.nu ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES;
+    kmp_counts count = kmp_program_count(p, f->loads.nu ? KMP_REDUCED_PROGRAM_CLOSE : slopes, slopes);
+    for (int i = p->code[KMP_REDUCED_PROGRAM_RATES]; f->loads.nu && i < p->code[KMP_REDUCED_PROGRAM_RATES + 1]; i++)
+        kmp_counts_take(&count, &p->instruction[i], 1);
+    return count;
 }

@@ -13,8 +13,8 @@ typedef struct kmp_reduced_program kmp_reduced_program;
 
 /** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
  * order of elimination. *program is NULL if there is none. By the reduced mass: large blocks, many degrees of freedom,
- * implicit blocks; by the saddle system as kmp_saddle_program_new. `closes`: it corrects v before
- * (kmp_reduced_program_close). KEMPE_E_MEMORY. */
+ * implicit blocks, forces that depend on multipliers in a program that closes; by the saddle system as
+ * kmp_saddle_program_new. `closes`: it corrects v before (kmp_reduced_program_close). KEMPE_E_MEMORY. */
 kempe_status kmp_reduced_program_new(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
 kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
 void kmp_reduced_program_free(kmp_reduced_program *program);
@@ -23,7 +23,8 @@ void kmp_reduced_program_free(kmp_reduced_program *program);
 bool kmp_reduced_program_is_by_saddle(const kmp_reduced_program *program);
 
 /** Evaluates at (t, y), y = (u, ud, v), with the evaluator's charts and frozen conditions: dy = (ud, udd, vd), which
- * may be NaN. false: the reduced mass is not positive, or as kmp_saddle_program_run. No allocation. */
+ * may be NaN. false: the reduced mass is not positive, Newton's method for multipliers that forces depend on, which
+ * begins at the evaluator's, does not converge, or as kmp_saddle_program_run. No allocation. */
 bool kmp_reduced_program_run(kmp_reduced_program *program, double t, const double *y, double *dy);
 
 /** Correction of v, -Jv^-1 h, at (t, y): dv (r), owned by the program, and the largest angle by which it turns a sine
@@ -34,8 +35,7 @@ kmp_writer_correction kmp_reduced_program_close(kmp_reduced_program *program, do
 bool kmp_reduced_program_finish(kmp_reduced_program *program, double t, const double *y, double *dy);
 const double *kmp_reduced_program_left(const kmp_reduced_program *program);
 
-/** The power of non-conservative forces, user-defined ones included, at the last run; by the saddle system also the
- * power of moving closures. */
+/** The power of non-conservative forces, user-defined ones included, and of moving closures at the last run. */
 double kmp_reduced_program_power(const kmp_reduced_program *program);
 
 /** True if the program may be used now; true if it must be made again (kmp_writer_machine_applies, _is_stale). */
@@ -89,6 +89,10 @@ void kmp_reduced_program_complete_row(const kmp_reduced_program_row *row, double
 const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);
 
+/** Operations of an evaluation by kmp_reduced_program_code, by the reduced mass. Multipliers that forces depend on take
+ * two passes. */
+kmp_counts kmp_reduced_program_count(const kmp_reduced_program *program);
+
 /* Bounds: independent coordinates in one run, beyond which the program by the saddle system is better; of any program.
  */
 enum { KMP_REDUCED_PROGRAM_FREEDOMS = 8, KMP_REDUCED_PROGRAM_MOST = 48 };
@@ -135,7 +139,7 @@ typedef struct kmp_reduced_program_plan {
     bool drives;               /* the power includes the power of closures that move in time */
     bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
     bool forces;               /* and then with the multipliers of the independent rows */
-    bool rows;                 /* with KMP_REDUCED_PROGRAM_ROW; not where forces depend on multipliers */
+    bool rows;                 /* with KMP_REDUCED_PROGRAM_ROW */
 } kmp_reduced_program_plan;
 
 /** Only the right-hand side, in one stage, with the power left out, as a function of t, q and qd of the coordinates:

@@ -505,7 +505,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
     d->use.by_saddle_program = made && kmp_reduced_has_saddle_program(d);
-    if (!made && runs && d->integrated && !kmp_reduced_has_saddle_program(d))
+    if (!made && runs && d->integrated && !kmp_reduced_has_saddle_program(d) && d->s->load_row_count == 0)
         return KMP_RETRY;
     if (!made) { /* a program gives only dy */
         d->use.evaluations++;
@@ -527,6 +527,24 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
+/* The slopes of several stages. NULL: multipliers that forces depend on do not settle in all of them. */
+static const double *run_stages(kmp_reduced *d, const double *t, const double *y)
+{
+    kmp_lanes *lanes = d->programs.stages.lanes;
+    kmp_load_passes *x = &d->programs.loads;
+    kmp_stage_lanes_place(&d->programs.stages, t, y, NULL);
+    if (x->nu) {
+        kmp_load_begin(x, d->eval->nu);
+        (void)kmp_lanes_run(lanes, KMP_REDUCED_PROGRAM_CLOSE);
+        do
+            kmp_lanes_set(lanes, KMP_IN_LAMBDA, x->nu);
+        while (kmp_load_pass(x, kmp_lanes_run(lanes, KMP_REDUCED_PROGRAM_RATES)));
+        if (!kmp_load_all_settled(x))
+            return NULL;
+    }
+    return kmp_lanes_run(lanes, kmp_reduced_program_layout_of(d->programs.scalar)->stage);
+}
+
 /* Callback of an integrator that evaluates several stages at once. The program gives the slopes of u's rates and of v,
  * pivots, and the power. */
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
@@ -537,7 +555,9 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     const kmp_saddle_program_layout *l = kmp_reduced_program_layout_of(d->programs.scalar);
     size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
     bool by_saddle = kmp_reduced_has_saddle_program(d);
-    const double *out = kmp_stage_lanes_run(&d->programs.stages, l->stage, t, y, NULL);
+    const double *out = run_stages(d, t, y);
+    if (!out)
+        return KMP_APART;
     memcpy(dy + p * w, out, p * w * sizeof *dy);
     memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
     if (d->has_work)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
@@ -15,6 +16,8 @@ enum { KMP_REDUCED_KEPT = 8 };
 typedef struct kmp_reduced_programs {
     kmp_reduced_program *scalar; /* for one stage; NULL: there is none */
     kmp_stage_lanes stages;      /* it for several stages at once */
+    kmp_load_passes loads;       /* of these; without room: no force depends on multipliers */
+    kmp_arena arena;             /* its room */
 } kmp_reduced_programs;
 
 /* The use of programs, from one choice of u to the next. */

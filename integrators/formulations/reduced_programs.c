@@ -25,6 +25,7 @@ static void release(kmp_reduced_programs *programs)
 {
     kmp_stage_lanes_free(&programs->stages);
     kmp_reduced_program_free(programs->scalar);
+    kmp_arena_free(&programs->arena);
     *programs = (kmp_reduced_programs){0};
 }
 
@@ -79,13 +80,11 @@ bool kmp_reduced_keep(kmp_reduced *d)
 
 /* -- programs ------------------------------------------------------------------------------------------ */
 
-/* True if a program by the reduced mass is possible. Without a reduced mass there is nothing to write out. The power of
- * a drive needs multipliers, and so do forces that depend on them, by iteration. */
+/* True if a program by the reduced mass is possible. Without a reduced mass there is nothing to write out. */
 static bool can_fuse(const kmp_reduced *d)
 {
-    bool explicit = !d->start.implicit && !d->start.dae;
-    return (d->integrated || explicit) && !d->by_saddle && !(d->has_work && d->s->rheonomic) &&
-           d->s->load_row_count == 0;
+    bool explicit = !d->start.implicit && !d->start.dae, loaded = d->s->load_row_count > 0;
+    return (d->integrated || (explicit && !loaded)) && !d->by_saddle;
 }
 
 /* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
@@ -113,8 +112,13 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 /* Lanes of a program of states, if the integrator uses them. */
 static int prepare_stages(kmp_reduced *d)
 {
-    const kmp_program *program = d->programs.scalar ? kmp_reduced_program_code(d->programs.scalar) : NULL;
-    if (!d->start.lanes || !d->integrated || kmp_stage_lanes_init(&d->programs.stages, program, d->eval))
+    kmp_reduced_programs *programs = &d->programs;
+    const kmp_program *program = programs->scalar ? kmp_reduced_program_code(programs->scalar) : NULL;
+    const bool loaded = program && d->s->load_row_count > 0;
+    if (!d->start.lanes || !d->integrated)
+        return KMP_GO;
+    if (kmp_stage_lanes_init(&programs->stages, program, d->eval) &&
+        (!loaded || kmp_load_passes_init(&programs->loads, &programs->arena, d->s, &d->part, KMP_STAGE_LANES)))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
     return KMP_HALT;
@@ -156,8 +160,7 @@ int kmp_reduced_count(kmp_reduced *d)
     ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
     ode->drops_rows = d->part.r < d->part.m;
     if (lanes && scalar) {
-        kmp_counts count = kmp_program_count(kmp_reduced_program_code(d->programs.scalar), KMP_REDUCED_PROGRAM_RATES,
-                                             KMP_REDUCED_PROGRAM_RATES);
+        const kmp_counts count = kmp_reduced_program_count(d->programs.scalar);
         ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
         ode->cycles_to_make = kmp_cycles_to_make(count);

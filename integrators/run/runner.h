@@ -74,7 +74,7 @@ typedef struct kmp_resting {
 /* The user's coordinates (n) of spherical joints, and their time. */
 typedef struct kmp_turned {
     double *now, t;
-    double *next;
+    double *next, *before; /* work: the next ones; coordinates of the charts at t */
 } kmp_turned;
 
 /* Elements with rows that are held or not (friction_run.c, impact.c). */

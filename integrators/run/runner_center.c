@@ -27,21 +27,23 @@ static bool has_moved(const kmp_runner *run)
 
 /* -- coordinates of the user --------------------------------------------------------------------------- */
 
-/* Follows the user's coordinates from run->seen to q of the charts. false, with nothing changed: the change is too
- * large to be continuous, and `anyhow` is not set. */
+/* Follows the user's coordinates to q of the charts, from where q was `before`. false, with nothing changed: the change
+ * is too large to be continuous, and `anyhow` is not set. */
 static bool follow_angles(kmp_runner *run, const double *q, bool anyhow)
 {
     const kempe_system *s = run->s;
-    double *seen = run->turned.now, *next = run->turned.next;
+    double *seen = run->turned.now, *next = run->turned.next, *before = run->turned.before;
     memcpy(next, q, (size_t)s->n * sizeof *next);
     for (int c = 0; c < kmp_charts_count(s); c++) {
         int first = s->chart_first[c];
         if (!kmp_chart_is_own(run->eval->chart, c) &&
-            kmp_chart_follow(s, c, run->eval->chart, seen + first, !anyhow, q, next + first) > KMP_AXES_NEAR_BY &&
+            kmp_chart_follow(s, c, run->eval->chart, before, seen + first, !anyhow, q, next + first) >
+                KMP_AXES_NEAR_BY &&
             !anyhow)
             return false;
     }
     memcpy(seen, next, (size_t)s->n * sizeof *seen);
+    memcpy(before, q, (size_t)s->n * sizeof *before);
     return true;
 }
 
@@ -62,7 +64,7 @@ kempe_status kmp_runner_place(kmp_runner *run, double t)
 void kmp_runner_follow(kmp_runner *run, double t)
 {
     double *q = run->room.state, from = run->turned.t, end = t;
-    if (!has_moved(run))
+    if (!has_moved(run) || !(from < t) || kmp_runner_position(run, from, run->turned.before) != KEMPE_OK)
         return;
     for (int halvings = 0; run->turned.t < t;) {
         if (kmp_runner_position(run, end, q) != KEMPE_OK)

@@ -568,6 +568,24 @@ static void test_angles_go_on(void)
     }
 }
 
+/* A flywheel turns many times within a step, about an axis of the angles by which it is integrated: they are linear in
+ * time, and the same for any number of rows. */
+static void test_many_turns_in_a_step(void)
+{
+    static const char TEXT[] = "kempe: 1\ngravity: [0, 0, 0]\nbodies: {a: {joint: {name: J, spherical: z, at: ground}, "
+                               "mass: 1, inertia: {xx: 0.1, yy: 0.1, zz: 0.1}}}\n"
+                               "start: {q: {J.2: 1.5}, qd: {J.3: 100}}\n";
+    static const char *const ways[] = {"reduced/integrated/dop853", "reduced/integrated/radau", "projected"};
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        scene fine = simulate(TEXT, ways[k], 1, 1e-3, 1e-6), coarse = simulate(TEXT, ways[k], 1, 1, 1e-6);
+        CHECK(ends(&fine) && ends(&coarse));
+        const double *a = kempe_trajectory_q(fine.t, last(&fine)), *b = kempe_trajectory_q(coarse.t, last(&coarse));
+        CHECK(fabs(b[2] - 100) < 1e-3 && memcmp(a, b, 3 * sizeof *a) == 0);
+        scene_free(&fine);
+        scene_free(&coarse);
+    }
+}
+
 /* Past the singular position by some 1e-4 rad, from one step to the next: the second angle turns back before it, while
  * the others turn by half a turn. */
 static void test_turns_back(void)
@@ -854,6 +872,7 @@ int main(void)
     TEST(test_through_singular_angles);
     TEST(test_carrier);
     TEST(test_angles_go_on);
+    TEST(test_many_turns_in_a_step);
     TEST(test_turns_back);
     TEST(test_resume);
     TEST(test_loop);

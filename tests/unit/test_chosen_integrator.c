@@ -261,7 +261,7 @@ static void with_unknowns_again(void)
 }
 
 /* Steps that are many more than the motion needs: radau is tried early. A change of modes interrupts the trial, whose
- * result is clear. Friction by loads has no lanes, and radau is faster all the same. */
+ * result is clear. Friction by loads has lanes, in which radau is taken at once. */
 static void where_steps_are_many(void)
 {
     static result electric, dome, exact;
@@ -271,7 +271,8 @@ static void where_steps_are_many(void)
     run_on(NULL, NULL, "tests/models/contact_dome", NULL, 1e-11, 1.2, NULL, &dome);
     run_on(NULL, NULL, "tests/models/contact_dome", "dop853", 1e-12, 1.2, NULL, &exact);
     CHECK_TEXT(dome.report.integrator, "radau");
-    CHECK(dome.exchanges == 1 && dome.report.chosen_ratio == 0 && dome.report.steps < exact.report.steps / 2);
+    CHECK(!has_lanes() || (dome.exchanges == 0 && dome.report.chosen_ratio > 0));
+    CHECK(dome.report.steps < exact.report.steps / 2);
     CHECK(apart(&dome.rows, &exact.rows) < 1e-8);
 }
 
@@ -287,13 +288,16 @@ static void with_the_same_rows(void)
     CHECK(apart(&open.rows, &given.rows) < 1e-8 && multipliers_apart(&open.rows, &given.rows) < 1e-6);
 }
 
-/* A shaft without inertia leaves no order of elimination for its saddle system: there are no lanes, and stages of radau
- * one by one cost more than steps of dop853. */
+/* Places of contact of wheels are found by iteration: there are no lanes, and stages of radau one by one cost more than
+ * steps of dop853. A shaft without inertia, which leaves no order of elimination for its saddle system, has the program
+ * by the reduced mass. */
 static void without_lanes(void)
 {
     static result open, given;
     run("half_shaft", NULL, 1e-8, 1.5, NULL, &open);
-    run("half_shaft", "dop853", 1e-8, 1.5, NULL, &given);
+    CHECK(!has_lanes() || open.report.chosen_ratio > 0);
+    run("conicity", NULL, 1e-8, 1.5, NULL, &open);
+    run("conicity", "dop853", 1e-8, 1.5, NULL, &given);
     CHECK_TEXT(open.report.integrator, "dop853");
     CHECK(open.report.steps == given.report.steps && open.report.chosen_ratio == 0);
     CHECK(memcmp(&open.rows, &given.rows, sizeof open.rows) == 0);

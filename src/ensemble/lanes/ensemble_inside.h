@@ -7,6 +7,7 @@
 #include "backend/lanes.h"
 #include "constraints/partition/rank_margin.h"
 #include "constraints/partition/reduction.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program.h"
 #include "ensemble/lanes/ensemble_run.h"
@@ -106,7 +107,7 @@ typedef struct kmp_lane_group {
     double **place;             /* of each unknown in the program; NULL: it does not have it */
     kmp_eliminated *row;        /* of multipliers */
     unsigned char *pivot_block; /* block of each pivot of Jv */
-    int *load_row;              /* layout.loads: rows whose multipliers forces depend on */
+    kmp_load_passes loads;      /* of multipliers that forces depend on */
     kmp_saddle_program_layout completing;
     kmp_program
         *complete; /* accelerations and multipliers of q and qd, for quantities of them (kmp_saddle_program_write) */

@@ -38,7 +38,7 @@ void kmp_lane_group_free(kmp_lane_group *pool)
     kmp_free(pool->order);
     kmp_free(pool->pivot_block);
     kmp_free(pool->row);
-    kmp_free(pool->load_row);
+    kmp_free(pool->loads.row);
     kmp_free(pool->output);
     kmp_free(pool->place);
     kmp_free(pool);
@@ -72,18 +72,6 @@ static bool same_choice(const kmp_lane_group *pool, const kmp_partition *part)
 {
     return pool->part.p == part->p && memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
            memcmp(pool->part.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
-}
-
-/* The load rows of the partition, in their order (take_loads of reduced_program.c). NULL: no memory. */
-static int *load_rows_of(const kmp_engine *e, const kmp_lane_group *pool)
-{
-    const kmp_partition *part = &pool->part;
-    int *row = KMP_NEW(int, e->s->load_row_count + 1), count = 0;
-    for (int j = 0; row && j < e->s->load_row_count; j++)
-        for (int i = 0; i < part->r; i++)
-            if (part->rows[i] == e->s->load_rows[j])
-                row[count++] = part->rows[i];
-    return row;
 }
 
 /* Makes the lanes of the program, and finds where it takes the unknowns and leaves their slopes. false: no memory. */
@@ -134,8 +122,11 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_lane_grou
             block[count++] = (unsigned char)b;
     }
     pool->pivot_block = block;
-    pool->load_row = load_rows_of(e, pool);
-    bool made = pool->program && pool->pivot_block && pool->load_row && prepare(e, pool);
+    pool->loads = (kmp_load_passes){
+        .width = e->room.w, .n = e->n, .m = e->m, .row = KMP_NEW(int, e->s->load_row_count + 1), .by_state = true};
+    if (pool->loads.row)
+        pool->loads.loads = kmp_load_rows(e->s, &pool->part, pool->loads.row);
+    bool made = pool->program && pool->pivot_block && pool->loads.row && prepare(e, pool);
     if (made && kmp_lane_group_complete(e, pool))
         return KEMPE_OK;
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
@@ -220,8 +211,6 @@ kempe_status kmp_lane_group_find(kmp_engine *e, const kmp_partition *part, kmp_l
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-enum { MOST_NEWTON = 12 };
-
 /* -- room -------------------------------------------------------------------------------------------- */
 
 bool kmp_lane_state_init(kmp_engine *e, int width)
@@ -280,50 +269,25 @@ void kmp_room_find_limit(kmp_engine *e, size_t l)
     e->room.limit[l] = kmp_first_limit(x->next_sample, e->room.until[l], x->end);
 }
 
-/* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
- * largest residual times the scale of its row, and before it the residual of the pass before. */
-static bool is_settled(const kmp_engine *e, const kmp_lane_group *pool, const double *out, size_t l, double *energy)
-{
-    const kmp_lane_state *room = &e->room;
-    size_t w = room->w, n = (size_t)e->n;
-    double size = 0, most = 0, before = *energy;
-    for (size_t i = 0; i < n; i++)
-        size = fmax(size, fabs(out[i * w + l]) * room->scale[i * w + l]);
-    for (size_t j = 0; j < (size_t)pool->layout.loads; j++) {
-        size_t row = (size_t)pool->load_row[j] * w + l;
-        double residual = out[(n + j) * w + l], nu = room->nu_now[row];
-        size = fmax(size, fmax(fabs(nu), fabs(nu + residual)) * room->row_scale[row]);
-        most = fabs(residual) <= DBL_MAX ? fmax(most, fabs(residual) * room->row_scale[row]) : INFINITY;
-    }
-    *energy = most;
-    return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
-}
-
 /* Solves for the multipliers that forces depend on, in each lane from the multipliers in the room. Lanes without a
  * solution are marked in `bad`. */
 static void settle_loads(kmp_engine *e, kmp_lane_group *pool)
 {
     kmp_lane_state *room = &e->room;
-    size_t w = room->w, loads = (size_t)pool->layout.loads;
-    double energy[KMP_LANES_MOST];
-    bool settled[KMP_LANES_MOST] = {false}, all = false;
-    memcpy(room->nu_now, room->nu, w * (size_t)e->m * sizeof *room->nu);
-    for (size_t l = 0; l < w; l++)
-        energy[l] = INFINITY;
+    kmp_load_passes *x = &pool->loads;
+    memcpy(room->nu_now, room->nu, room->w * (size_t)e->m * sizeof *room->nu);
+    x->nu = room->nu_now;
+    x->scale = room->scale;
+    x->weight = room->row_scale;
+    kmp_load_begin(x, NULL);
+    for (size_t l = 0; l < room->w; l++)
+        x->settled[l] = room->who[l] < 0;
     (void)kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_CLOSE);
-    for (int pass = 0; !all && pass <= MOST_NEWTON; pass++) {
+    do
         kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
-        const double *out = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES);
-        all = true;
-        for (size_t l = 0; l < w; l++) {
-            settled[l] = settled[l] || room->who[l] < 0 || is_settled(e, pool, out, l, &energy[l]);
-            all = all && settled[l];
-            for (size_t j = 0; j < loads && !settled[l] && pass < MOST_NEWTON; j++)
-                room->nu_now[(size_t)pool->load_row[j] * w + l] += out[((size_t)e->n + loads + j) * w + l];
-        }
-    }
-    for (size_t l = 0; l < w; l++)
-        room->bad[l] += !settled[l];
+    while (kmp_load_pass(x, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES)));
+    for (size_t l = 0; l < room->w; l++)
+        room->bad[l] += !x->settled[l];
 }
 
 /* k = f(at, y) in all lanes, whose unknowns the program has; failed evaluations are marked in `bad`. */

@@ -28,11 +28,11 @@ void kempe_chart_center(const kempe_charts *charts, int c, double *chart, double
     kmp_chart_joint_center(&j, chart, q, qd, NULL);
 }
 
-double kempe_chart_follow(const kempe_charts *charts, int c, const double *chart, const double *near, int sided,
-                          const double *q, double *angles)
+double kempe_chart_follow(const kempe_charts *charts, int c, const double *chart, const double *before,
+                          const double *near, int sided, const double *q, double *angles)
 {
     const kmp_chart_joint j = joint_at(charts, c);
-    return kmp_chart_joint_follow(&j, chart, near, sided != 0, q, angles);
+    return kmp_chart_joint_follow(&j, chart, before, near, sided != 0, q, angles);
 }
 
 void kempe_chart_show(const kempe_charts *charts, int c, const double *chart, const double *near, double *q, double *qd,

@@ -187,9 +187,10 @@ typedef struct kempe_charts {
     double (*regular)(const struct kempe_charts *charts, int c, const double *q);
     /** Begins a new chart at q, qd, which are changed. */
     void (*center)(const struct kempe_charts *charts, int c, double *chart, double *q, double *qd);
-    /** The caller's angles, nearest to near[3]; their distance. `sided`: on the same side of the singular position. */
-    double (*follow)(const struct kempe_charts *charts, int c, const double *chart, const double *near, int sided,
-                     const double *q, double *angles);
+    /** The caller's angles, nearest to near[3]; their distance, or the distance of q from `before`, its values there,
+     * if that is larger. `sided`: on the same side of the singular position. */
+    double (*follow)(const struct kempe_charts *charts, int c, const double *chart, const double *before,
+                     const double *near, int sided, const double *q, double *angles);
     /** Converts q, qd, qdd to the caller's coordinates, with angles nearest to near[3]. */
     void (*show)(const struct kempe_charts *charts, int c, const double *chart, const double *near, double *q,
                  double *qd, double *qdd);
@@ -200,8 +201,8 @@ typedef struct kempe_charts {
 
 double kempe_chart_regular(const kempe_charts *charts, int c, const double *q);
 void kempe_chart_center(const kempe_charts *charts, int c, double *chart, double *q, double *qd);
-double kempe_chart_follow(const kempe_charts *charts, int c, const double *chart, const double *near, int sided,
-                          const double *q, double *angles);
+double kempe_chart_follow(const kempe_charts *charts, int c, const double *chart, const double *before,
+                          const double *near, int sided, const double *q, double *angles);
 void kempe_chart_show(const kempe_charts *charts, int c, const double *chart, const double *near, double *q, double *qd,
                       double *qdd);
 void kempe_chart_carry(const kempe_charts *charts, int c, const double *chart, const double *const inner[3],
@@ -330,7 +331,7 @@ typedef struct kempe_simulator {
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
-        double *site_q, *site_qd, *site_room, *last_pivot, *next_seen;
+        double *site_q, *site_qd, *site_room, *last_pivot, *next_seen, *seen_q;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
         int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
         int rank;                   /* rows of the choice */
@@ -364,8 +365,9 @@ typedef struct kempe_simulator {
 /** Numbers that rigid contacts add to it. */
 #define KEMPE_SIMULATOR_CONTACTS(n, elements) ((elements) * (2 * (n) + 4) + (n))
 
-/** Numbers that spherical joints add to it: their charts, the angles seen, and the motion in the charts, twice. */
-#define KEMPE_SIMULATOR_CHARTS(n, joints) (2 * (12 * (joints) + 1 + 3 * (n)) + 3 * (joints))
+/** Numbers that spherical joints add to it: their charts, the angles seen and where, and the motion in the charts,
+ * twice. */
+#define KEMPE_SIMULATOR_CHARTS(n, joints) (2 * (12 * (joints) + 1 + 3 * (n)) + 3 * (joints) + (n))
 
 /** Numbers that bounds of conditions add to it. `values`: constants, inputs and operations. */
 #define KEMPE_SIMULATOR_WATCH(conditions, values, inputs, solved)                                                      \

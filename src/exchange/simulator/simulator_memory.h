@@ -244,6 +244,7 @@ static void place_scratch(kempe_simulator *s, double **at)
     }
     part->watched = take(at, numbers_of_watch(e));
     part->next_seen = take(at, e->charts ? 3 * e->charts->joints : 0);
+    part->seen_q = take(at, e->charts ? e->coordinates : 0);
     part->end_of_memory = *at;
 }
 

@@ -97,12 +97,13 @@ static bool see_angles(kempe_simulator *s, bool anyhow)
         double *next = part->next_seen + 3 * (ptrdiff_t)c;
         if (is_own(chart))
             copy(3, part->q + charts->first[c], next);
-        else if (charts->follow(charts, c, chart, part->seen + 3 * (ptrdiff_t)c, !anyhow, part->q, next) >
+        else if (charts->follow(charts, c, chart, part->seen_q, part->seen + 3 * (ptrdiff_t)c, !anyhow, part->q, next) >
                      KMP_AXES_NEAR_BY &&
                  !anyhow)
             return false;
     }
     copy(3 * charts->joints, part->next_seen, part->seen);
+    copy(s->equations->coordinates, part->q, part->seen_q);
     return true;
 }
 
@@ -110,8 +111,10 @@ static bool see_angles(kempe_simulator *s, bool anyhow)
 static void follow_angles(kempe_simulator *s, double t)
 {
     struct kempe_simulator_parts *part = &s->part;
-    if (!charts_have_moved(s))
+    if (!charts_have_moved(s) || !(*part->seen_t < t) || interpolate(s, *part->seen_t, part->probe) != GOOD)
         return;
+    place_y(s, part->probe);
+    copy(s->equations->coordinates, part->q, part->seen_q);
     *factors_are_present(s) = 0;
     double end = t;
     for (int halvings = 0; *part->seen_t < t;) {
