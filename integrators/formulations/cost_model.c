@@ -32,6 +32,19 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
     return kmp_code_form_of(4) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
 }
 
+/* Multipliers that forces depend on take four runs of stages in place of one, and two tests in each state. */
+static const double FURTHER_CALLS = 3, TEST = 60;
+
+double kmp_cycles_of_passes(void)
+{
+    return FURTHER_CALLS * CALL + 2 * TEST;
+}
+
+double kmp_cycles_of_passes_in_lanes(void)
+{
+    return FURTHER_CALLS * CALL_LANES + 2 * TEST * KMP_STAGE_LANES;
+}
+
 /* Measured by restarts on two-armed lamps (bench/lamps) and exchanges of small mechanisms. */
 static const double MAKING = 2e5, MAKING_EACH = 1500;
 

@@ -11,6 +11,10 @@
 double kmp_cycles_of_one(kmp_counts count);
 double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies);
 
+/** Cycles of the solution for multipliers that forces depend on, in addition to its operations. */
+double kmp_cycles_of_passes(void);
+double kmp_cycles_of_passes_in_lanes(void);
+
 /** Writing such a program, with its machine code, for one instance and in lanes. */
 double kmp_cycles_to_make(kmp_counts count);
 

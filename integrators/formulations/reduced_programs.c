@@ -161,8 +161,8 @@ int kmp_reduced_count(kmp_reduced *d)
     ode->drops_rows = d->part.r < d->part.m;
     if (lanes && scalar) {
         const kmp_counts count = kmp_reduced_program_count(d->programs.scalar);
-        ode->cycles = kmp_cycles_of_one(count);
-        ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
+        ode->cycles = kmp_cycles_of_one(count) + (d->eval->nu ? kmp_cycles_of_passes() : 0);
+        ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false) + (d->eval->nu ? kmp_cycles_of_passes_in_lanes() : 0);
         ode->cycles_to_make = kmp_cycles_to_make(count);
     } else if (operations >= 0 && isfinite(operations)) {
         /* The program by the saddle system is counted before it is written. Explicit methods wait for it, some runs to

@@ -158,7 +158,8 @@ bool kmp_runner_leaves_unknowns(kmp_runner *run, double t)
 {
     kmp_integrator_choice *c = &run->choice;
     const kmp_solver_kind *kind = waits_for_lanes(run) ? c->kind : run->kind;
-    const bool steady = !run->sticking.friction && !run->sticking.impacts && !run->s->switches;
+    const bool steady = !run->sticking.friction && !run->sticking.impacts && !run->s->switches &&
+                        run->s->load_row_count == 0; /* for which `projected` has no lanes */
     const bool wished = !run->spec.open || run->spec.kind || run->method->dae;
     if (!run->formulation->due || !kind->lanes || !c->open || wished || !steady || run->change_point.near ||
         c->trial >= KMP_TRIAL_BEGINS)
