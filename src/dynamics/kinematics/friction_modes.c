@@ -380,11 +380,8 @@ static kmp_ref restitution_of(const kmp_tree *tree, const kmp_force *contact)
 /* The coefficient of its friction; zero without. */
 static kmp_ref ratio_of(const kmp_tree *tree, const kmp_force *contact)
 {
-    const kempe_model *model = tree->model;
-    for (const kmp_force *f = model->forces; f < model->forces + model->force_count; f++)
-        if (kmp_force_sticks(f) && f->contact > 0 && &model->forces[f->contact - 1] == contact)
-            return kmp_tree_number(tree, &f->level);
-    return KMP_ZERO;
+    const kmp_force *friction = contact->rubbing > 0 ? &tree->model->forces[contact->rubbing - 1] : NULL;
+    return friction && kmp_force_sticks(friction) ? kmp_tree_number(tree, &friction->level) : KMP_ZERO;
 }
 
 static kmp_ref touch_value(const kmp_tree *tree, const kmp_condition *condition)

@@ -50,7 +50,8 @@ typedef struct kmp_force {
     bool thread;                    /* FRICTION: of a screw; its levels follow the load of its coupling */
     double lead_angle, friction_angle; /* of it, rad; the second at rest, NaN unless it is constant */
     int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
-    int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
+    int rubbing; /* TOUCH: 1 + the first friction of its surfaces; 0: none */
+    int across;  /* of friction: 1 or 2, along the first or the second axis of a plane on which the slip has both
                   * components,  whose forces follow each other; 0: the slip has one */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
     int tyre;    /* of a tyre's contact, likewise; vector[0]: the height of its road over x and t, or NULL */

@@ -230,6 +230,8 @@ static void walk_force(walk *w, kmp_force *f)
         f->closure = to_closure(w, f->closure);
     if (f->kind == KMP_FORCE_FRICTION && f->contact > 0)
         f->contact = 1 + to_force(w, f->contact - 1);
+    if (f->rubbing > 0)
+        f->rubbing = 1 + to_force(w, f->rubbing - 1);
     if (f->through_count > 0 && w->arena) {
         int *through = kmp_arena_copy(w->arena, f->through, f->through_count, sizeof *through);
         for (int k = 0; through && k < f->through_count; k++)

@@ -361,6 +361,9 @@ static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_n
     kmp_force *friction = add_force(r, name, place, KMP_FORCE_FRICTION);
     friction->level = mu;
     friction->contact = 1 + (int)(contact - r->model->forces);
+    kmp_force *touch = &r->model->forces[friction->contact - 1];
+    if (touch->rubbing == 0)
+        touch->rubbing = 1 + (int)(friction - r->model->forces);
     friction->across = across;
     kmp_add_row(r, friction, KMP_CLOSURE_friction, friction->turns);
 }
