@@ -300,6 +300,27 @@ static void starts_are_at_equilibria(void)
     kempe_model_free(model);
 }
 
+/* A flywheel turns many times within a step: the simulator and the library show the angle with all turns. */
+static void turns_within_a_step(void)
+{
+    static char line[MOST_OUT];
+    static double x[MOST];
+    char name[256];
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(
+              context,
+              "kempe: 1\nname: flywheel\ngravity: [0, 0, 0]\nbodies: {a: {joint: {name: J, spherical: z, "
+              "at: ground}, mass: 1, inertia: {xx: 0.1, yy: 0.1, zz: 0.1}}}\n"
+              "start: {q: {J.2: 1.5}, qd: {J.3: 100}}\n",
+              "flywheel.yaml", &model) == KEMPE_OK &&
+          build(model, name));
+    if (run_to("1e-6", 1, 1, "", line, x) > 1)
+        CHECK(fabs(x[3] - 100) < 1e-3);
+    if (run_it(1, 1, "", line, x) > 1)
+        compare(model, "flywheel", 1, x);
+    kempe_model_free(model);
+}
+
 /* A hill that is much narrower than the steps gives 2 kg its work: at coarse tolerances too, a step that meets it is
  * made again up to it. */
 static void narrow_hills(void)
@@ -384,6 +405,7 @@ int main(void)
     TEST(starts_move);
     TEST(starts_balance);
     TEST(starts_are_at_equilibria);
+    TEST(turns_within_a_step);
     TEST(narrow_hills);
     TEST(refusals);
     TEST(every_model_has_an_answer);
