@@ -150,6 +150,7 @@ kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_redu
             lanes->mx = kmp_arena_aligned(a, (size_t)(red->n * lanes->p) * W);
             lanes->mr = kmp_arena_aligned(a, (size_t)(lanes->p * lanes->p) * W);
             lanes->diagonal_of_mass = kmp_arena_aligned(a, (size_t)lanes->p * W);
+            lanes->mass_end = KMP_ARENA_NEW(a, int, lanes->p);
             lanes->dv = kmp_arena_aligned(a, (size_t)r * W);
         }
     }
@@ -357,17 +358,40 @@ static KMP_CLONES void reduce(kmp_reduction_lanes *x, const int *pivot_of, const
         }
 }
 
-/* L D L' in place, D in the diagonal; its reciprocals. */
-static KMP_CLONES void factor_mass(int p, double *a, double *inverse)
+/* True if a value is zero in all lanes. */
+static bool is_nothing(const double *x)
+{
+    bool nothing = true;
+    for (int l = 0; l < W; l++)
+        nothing = nothing && x[l] == 0;
+    return nothing;
+}
+
+/* The row behind the last entry of each column, with the entries that elimination adds. */
+static void find_ends(int p, const double *a, int *end)
+{
+    for (int k = 0; k < p; k++) {
+        end[k] = p;
+        while (end[k] > k + 1 && is_nothing(a + (ptrdiff_t)(end[k] - 1 + k * p) * W))
+            end[k]--;
+    }
+    for (int k = 0; k < p; k++)
+        for (int j = k + 1; j < end[k]; j++)
+            end[j] = end[j] > end[k] ? end[j] : end[k];
+}
+
+/* L D L' in place, D in the diagonal; its reciprocals. Columns end where `end` says: parts that share no inertia, one
+ * behind the other, take a time that grows with their number. */
+static KMP_CLONES void factor_mass(int p, const int *end, double *a, double *inverse)
 {
     for (int k = 0; k < p; k++) {
         AT(inverse, k) = 1 / OF(a, k + k * p);
-        for (int j = k + 1; j < p; j++) {
+        for (int j = k + 1; j < end[k]; j++) {
             const kmp_eight by = OF(a, j + k * p) * OF(inverse, k);
-            for (int i = j; i < p; i++)
+            for (int i = j; i < end[k]; i++)
                 AT(a, i + j * p) -= OF(a, i + k * p) * by;
         }
-        for (int i = k + 1; i < p; i++)
+        for (int i = k + 1; i < end[k]; i++)
             AT(a, i + k * p) *= OF(inverse, k);
     }
 }
@@ -377,7 +401,8 @@ bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass)
     int p = lanes->p;
     memset(lanes->mx, 0, (size_t)(lanes->red->n * p) * W * sizeof *lanes->mx);
     reduce(lanes, lanes->pivot_of, mass);
-    factor_mass(p, lanes->mr, lanes->diagonal_of_mass);
+    find_ends(p, lanes->mr, lanes->mass_end);
+    factor_mass(p, lanes->mass_end, lanes->mr, lanes->diagonal_of_mass);
     for (int k = 0; k < p; k++)
         for (int l = 0; l < W; l++)
             if (!(lanes->diagonal_of_mass[k * W + l] > 0 && lanes->diagonal_of_mass[k * W + l] <= DBL_MAX))
@@ -385,19 +410,19 @@ bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass)
     return true;
 }
 
-static KMP_CLONES void solve_mass(int p, int count, const double *a, const double *inverse, double *b)
+static KMP_CLONES void solve_mass(int p, const int *end, int count, const double *a, const double *inverse, double *b)
 {
     for (int k = 0; k < p; k++)
-        for (int i = k + 1; i < p; i++)
+        for (int i = k + 1; i < end[k]; i++)
             add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, k), ROW(b, i));
     for (int k = p; k-- > 0;) {
         multiply(count, inverse + (ptrdiff_t)k * W, ROW(b, k));
-        for (int i = k + 1; i < p; i++)
+        for (int i = k + 1; i < end[k]; i++)
             add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, i), ROW(b, k));
     }
 }
 
 void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, int count, double *b)
 {
-    solve_mass(lanes->p, count, lanes->mr, lanes->diagonal_of_mass, b);
+    solve_mass(lanes->p, lanes->mass_end, count, lanes->mr, lanes->diagonal_of_mass, b);
 }

@@ -23,6 +23,7 @@ typedef struct kmp_reduction_lanes {
     int *full_of;                       /* p: number of a column among these, -1: it has none */
     double *factor, *inverse, *bvu;     /* slots; r; r x full, by rows, which are pivots */
     double *mx, *mr, *diagonal_of_mass; /* n x p by rows; p x p, column-major, its factor; p: its reciprocal pivots */
+    int *mass_end;                      /* p: of a column of the factor of mr, the row behind its last entry */
     double *dv, *room;                  /* r, by pivots; r times vectors */
 } kmp_reduction_lanes;
 
