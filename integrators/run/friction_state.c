@@ -91,6 +91,16 @@ void kmp_friction_state_open(kmp_evaluator *eval)
     let_go(eval, true);
 }
 
+void kmp_friction_state_take_contacts(kmp_friction_state *state, const kmp_friction_state *other, const int *from)
+{
+    for (int i = 0; i < state->count; i++) {
+        const int slot = state->site->sticking.friction->element[i].slot;
+        const int there = other->site->sticking.friction->element[from[i]].slot;
+        for (int role = 0; state->view[i].contact && role < KMP_ROLES_OF_ALL; role++)
+            kmp_eval_set_kink(state->site->eval, slot + role, other->site->eval->conditions.mode[there + role]);
+    }
+}
+
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i)
 {
     const kmp_runner *run = state->site;

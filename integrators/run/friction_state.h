@@ -66,3 +66,6 @@ void kmp_friction_state_release(kmp_evaluator *eval);
 
 /** Opens all contacts. */
 void kmp_friction_state_open(kmp_evaluator *eval);
+
+/** Closes contacts as in the evaluator of another object; `from` (count): the number of each element there. */
+void kmp_friction_state_take_contacts(kmp_friction_state *state, const kmp_friction_state *other, const int *from);

@@ -180,22 +180,48 @@ bool kmp_runs_as_whole(const kempe_system *s, const kmp_run_spec *spec)
            spec->mode_start || spec->memory_start || spec->due || spec->inputs_start || spec->past_start;
 }
 
-kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
-                                   const struct kmp_island_systems **parts)
+/* The parts have the scales of the whole. */
+static kempe_status take_scales(struct kmp_island_systems *parts, const kempe_system *whole)
 {
-    static const kmp_program_cache_name name = {.what = "islands"};
-    *parts = NULL;
-    if (kmp_runs_as_whole(s, spec))
-        return KEMPE_OK;
+    for (int i = 0; i < parts->count; i++) {
+        kempe_system *s = parts->part[i].system;
+        s->kept_length = whole->length;
+        KMP_TRY(kmp_made(whole->context, kmp_system_rescale(s)));
+        s->closure_tolerance = whole->closure_tolerance;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status find_kept(const kempe_system *s, bool scales, const struct kmp_island_systems **parts)
+{
+    const kmp_program_cache_name name = {.what = scales ? "islands of states" : "islands"};
     const struct kmp_island_systems *found = kmp_program_cache_find(s, name);
     if (!found) {
         struct kmp_island_systems *all;
         KMP_TRY(kmp_island_systems_new(s, NULL, NULL, &all));
+        const kempe_status status = scales ? take_scales(all, s) : KEMPE_OK;
+        if (status != KEMPE_OK)
+            kmp_island_systems_free(all);
+        KMP_TRY(status);
         found = kmp_program_cache_add(s, name, all, systems_free);
         KMP_TRY(kmp_made(s->context, found));
     }
     *parts = found->count > 0 ? found : NULL;
     return KEMPE_OK;
+}
+
+kempe_status kmp_island_systems_of(const kempe_system *s, const kmp_run_spec *spec,
+                                   const struct kmp_island_systems **parts)
+{
+    *parts = NULL;
+    return kmp_runs_as_whole(s, spec) ? KEMPE_OK : find_kept(s, false, parts);
+}
+
+kempe_status kmp_island_systems_of_states(const kempe_system *s, const struct kmp_island_systems **parts)
+{
+    const kmp_run_spec plain = {0};
+    *parts = NULL;
+    return kmp_runs_as_whole(s, &plain) ? KEMPE_OK : find_kept(s, true, parts);
 }
 
 int kmp_island_systems_count(const struct kmp_island_systems *parts)
@@ -207,6 +233,11 @@ const kempe_system *kmp_island_system(const struct kmp_island_systems *parts, in
 {
     *motion = parts->part[i].island->motion;
     return parts->part[i].system;
+}
+
+const int *kmp_island_closures(const struct kmp_island_systems *parts, int i)
+{
+    return parts->part[i].island->closure;
 }
 
 /* -- runs ------------------------------------------------------------------------------------------------ */

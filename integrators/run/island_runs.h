@@ -11,6 +11,9 @@ struct kmp_island_systems;
 kempe_status kmp_island_systems_of(const kempe_system *system, const kmp_run_spec *spec,
                                    const struct kmp_island_systems **parts);
 
+/** The same for studies of states. The parts have the scales of the whole, by which their decisions are its own. */
+kempe_status kmp_island_systems_of_states(const kempe_system *system, const struct kmp_island_systems **parts);
+
 /** True if a run needs its system whole: for steps, dense output, a past, or coordinates chosen by the user. */
 bool kmp_runs_as_whole(const kempe_system *system, const kmp_run_spec *spec);
 
@@ -24,6 +27,9 @@ void kmp_island_systems_free(struct kmp_island_systems *parts);
  * whole. */
 int kmp_island_systems_count(const struct kmp_island_systems *parts);
 const kempe_system *kmp_island_system(const struct kmp_island_systems *parts, int i, const int **motion);
+
+/** By the closures of a part: the closures of the whole. */
+const int *kmp_island_closures(const struct kmp_island_systems *parts, int i);
 
 /** A run of one system, as kmp_run_whole makes. */
 typedef kempe_status kmp_run_fn(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,

@@ -5,6 +5,7 @@
 #include "dynamics/joint_loads.h"
 #include "base/context.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/connected_bodies.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
@@ -47,8 +48,9 @@ struct kmp_joint_loads {
     crossing elements;             /* friction along lengths and angles, and rigid contacts */
     int *gear, gear_count;         /* pairs of gear wheels */
     int *element, element_count;   /* all elements */
-    int *pressing, pressing_count; /* compliant contacts and films */
-    kmp_ref *against;              /* KMP_COMPLIANT_FORCES of each: their forces */
+    crossing presses;              /* compliant contacts and films */
+    int *pressing, pressing_count; /* all of them */
+    kmp_ref *against;              /* KMP_COMPLIANT_FORCES of each force of the model */
     kmp_time_seeds seeds;          /* with the virtual displacements as coordinates */
     kmp_vec spin;                  /* their rotation */
 };
@@ -161,38 +163,37 @@ static void list_gears(kmp_joint_loads *loads, const kmp_tree *tree)
             loads->gear[loads->gear_count++] = c;
 }
 
-typedef enum place_of { NOWHERE, ANYWHERE, BETWEEN } place_of;
+/* The bodies between which a closure or a force acts; none: it does not belong to the list. */
+typedef void place_fn(int number, kmp_connected_bodies *bodies);
 
-/* A closure or a force acts between two bodies or anywhere; NOWHERE: it does not belong to the list. */
-typedef place_of place_fn(const kempe_model *model, int number, int side[2]);
-
-static place_of closure_place(const kempe_model *model, int c, int side[2])
+static void closure_place(int c, kmp_connected_bodies *bodies)
 {
-    const kmp_closure *closure = &model->closures[c];
+    const kmp_closure *closure = &bodies->model->closures[c];
     if (kmp_closure_is_of_modes(closure) || closure->gear)
-        return NOWHERE;
-    if (closure->point[0] < 0 || closure->point[1] < 0 ||
-        kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort)
-        return ANYWHERE;
-    side[0] = model->points[closure->point[0]].body;
-    side[1] = model->points[closure->point[1]].body;
-    return BETWEEN;
+        return;
+    bodies->any = closure->point[0] < 0 || closure->point[1] < 0 ||
+                  kmp_closure_parts_of(closure->kind)->force->load == kmp_part_effort;
+    kmp_connected_by_point(bodies, closure->point[0]);
+    kmp_connected_by_point(bodies, closure->point[1]);
 }
 
-static place_of element_place(const kempe_model *model, int f, int side[2])
+static void element_place(int f, kmp_connected_bodies *bodies)
 {
-    const kmp_force *force = &model->forces[f];
+    const kmp_force *force = &bodies->model->forces[f];
     if (!is_element(force))
-        return NOWHERE;
+        return;
     const kmp_force *contact =
-        force->kind == KMP_FORCE_FRICTION && force->contact > 0 ? &model->forces[force->contact - 1] : force;
-    const kmp_contact_pair *touch = &contact->touch;
-    if (contact->kind != KMP_FORCE_TOUCH || touch->gap || touch->motion >= 0 || touch->side[0].point < 0 ||
-        touch->side[1].point < 0)
-        return ANYWHERE;
-    side[0] = model->points[touch->side[0].point].body;
-    side[1] = model->points[touch->side[1].point].body;
-    return BETWEEN;
+        force->kind == KMP_FORCE_FRICTION && force->contact > 0 ? &bodies->model->forces[force->contact - 1] : force;
+    if (contact->kind == KMP_FORCE_TOUCH)
+        kmp_connected_by_contact(bodies, contact);
+    else
+        bodies->any = true;
+}
+
+static void pressing_place(int f, kmp_connected_bodies *bodies)
+{
+    if (bodies->model->forces[f].kind == KMP_FORCE_COMPLIANT)
+        kmp_connected_by_contact(bodies, &bodies->model->forces[f]);
 }
 
 /* Lists what a joint changes, of `count`: first the number of each joint is counted. */
@@ -200,17 +201,25 @@ static void list_crossing(crossing *all, const kmp_tree *tree, int count, place_
 {
     const kempe_model *model = tree->model;
     int *from = all->from = KMP_GRAPH_NEW(tree->graph, int, model->body_count + 2), body;
+    int *last = KMP_GRAPH_NEW(tree->graph, int, model->body_count); /* 1 + the last of each body */
     all->anywhere = KMP_GRAPH_NEW(tree->graph, int, count + 1);
-    for (int pass = 0; from && all->anywhere && pass < 2; pass++) {
+    for (int pass = 0; from && last && all->anywhere && pass < 2; pass++) {
+        memset(last, 0, (size_t)model->body_count * sizeof *last);
         for (int i = 0; i < count; i++) {
-            int side[2] = {0, 0};
-            const place_of where = place(model, i, side);
-            if (where == ANYWHERE && pass == 0)
+            kmp_connected_bodies at = {.model = model};
+            place(i, &at);
+            if (at.any && pass == 0)
                 all->anywhere[all->anywhere_count++] = i;
-            while (where == BETWEEN && (body = next_between(model, side)) >= 0) {
-                if (pass == 1)
-                    all->of[from[body + 1]] = i;
-                from[body + (pass == 0 ? 2 : 1)]++;
+            for (int k = 1; !at.any && k < at.count; k++) {
+                int side[2] = {at.body[0], at.body[k]};
+                while ((body = next_between(model, side)) >= 0) {
+                    if (last[body] == 1 + i)
+                        continue;
+                    last[body] = 1 + i;
+                    if (pass == 1)
+                        all->of[from[body + 1]] = i;
+                    from[body + (pass == 0 ? 2 : 1)]++;
+                }
             }
         }
         for (int b = 0; pass == 0 && b < model->body_count; b++)
@@ -241,6 +250,12 @@ static across_list list_across(const crossing *all, kmp_graph *g, int body)
 static across_list elements_across(const kmp_joint_loads *loads, kmp_graph *g, int across)
 {
     return across < 0 ? (across_list){loads->element_count, loads->element} : list_across(&loads->elements, g, across);
+}
+
+/* Compliant contacts and films, likewise. */
+static across_list pressing_across(const kmp_joint_loads *loads, kmp_graph *g, int across)
+{
+    return across < 0 ? (across_list){loads->pressing_count, loads->pressing} : list_across(&loads->presses, g, across);
 }
 
 static void add_closure_rows(const kmp_tree *moved, int c, acting *a)
@@ -288,19 +303,20 @@ static void add_virtual(kmp_graph *g, const acting *a, int count, kmp_ref *slope
 static void add_rates(const kmp_joint_loads *loads, const kmp_tree *moved, int across, kmp_ref generalized[VIRTUAL])
 {
     kmp_graph *g = moved->graph;
-    const across_list elements = elements_across(loads, g, across);
-    const int room = KMP_COMPLIANT_FORCES * loads->pressing_count + elements.count;
+    const across_list elements = elements_across(loads, g, across), pressing = pressing_across(loads, g, across);
+    const int room = KMP_COMPLIANT_FORCES * pressing.count + elements.count;
     kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, BOTH * room + 1);
     acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
     if (!slope || !a.of || !a.force)
         return;
     /* Forces along rates: compliant contacts and films, and friction that rolls along no length. */
     const kempe_model *model = moved->model;
-    for (int i = 0; i < loads->pressing_count; i++) {
+    for (int i = 0; i < pressing.count; i++) {
+        const int f = pressing.of[i];
         kmp_ref against[KMP_COMPLIANT_FORCES], unused[KMP_COMPLIANT_FORCES];
-        const int count = kmp_compliant_forces(moved, &model->forces[loads->pressing[i]], against, unused);
+        const int count = kmp_compliant_forces(moved, &model->forces[f], against, unused);
         for (int c = 0; c < count; c++)
-            add_acting(&a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * i + c]));
+            add_acting(&a, against[c], kmp_neg(loads->against[KMP_COMPLIANT_FORCES * f + c]));
     }
     for (int i = 0; i < elements.count; i++) {
         const kmp_force *force = &model->forces[elements.of[i]];
@@ -617,10 +633,10 @@ static bool find_pressing(kmp_joint_loads *loads, const kmp_tree *tree)
     kmp_tree kinked = *tree;
     kmp_ref against[KMP_COMPLIANT_FORCES];
     kinked.conditions.kinks = kinked.conditions.watches = true; /* as in laws of forces */
-    loads->against = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_COMPLIANT_FORCES * loads->pressing_count + 1);
+    loads->against = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_COMPLIANT_FORCES * tree->model->force_count + 1);
     for (int i = 0; loads->against && i < loads->pressing_count; i++)
         (void)kmp_compliant_forces(&kinked, &tree->model->forces[loads->pressing[i]], against,
-                                   loads->against + (ptrdiff_t)KMP_COMPLIANT_FORCES * i);
+                                   loads->against + (ptrdiff_t)KMP_COMPLIANT_FORCES * loads->pressing[i]);
     for (uint32_t k = 0; k < 3; k++)
         loads->spin.x[k] = kmp_input(tree->graph, KMP_IN_ALONG, VIRTUAL + 3 + k);
     return loads->against && kmp_tree_seeds_along(tree, VIRTUAL, &loads->seeds);
@@ -644,6 +660,7 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
     list_gears(loads, tree);
     list_crossing(&loads->closures, tree, eq->model->closure_count, closure_place);
     list_crossing(&loads->elements, tree, eq->model->force_count, element_place);
+    list_crossing(&loads->presses, tree, eq->model->force_count, pressing_place);
     KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g) && find_pressing(loads, tree)));
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);

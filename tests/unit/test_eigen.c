@@ -2,6 +2,8 @@
 /* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
  * that are exact and their chains. */
 #include "analyses/derivatives/spectrum.h"
+#include "base/memory.h"
+#include "linalg/dense/dense_parts.h"
 #include "linalg/dense/lapack.h"
 #include "testing.h"
 #include <math.h>
@@ -327,6 +329,119 @@ static void left_vectors_give_derivatives(void)
     kmp_spectrum_free(&b);
 }
 
+/* Bytes that the spectrum of pairs of masses takes, with springs of `link` between them. */
+static unsigned long bytes_of(int pairs, double link)
+{
+    enum { LARGEST = 60 };
+    static double m[LARGEST * LARGEST], g[LARGEST * LARGEST], k[LARGEST * LARGEST];
+    const int p = 2 * pairs;
+    kmp_spectrum s;
+    for (int i = 0; i < p * p; i++)
+        m[i] = g[i] = k[i] = 0;
+    for (int i = 0; i < p; i++) {
+        m[i + i * p] = 1;
+        k[i + i * p] = g[i + i * p] = 3 + i;
+        if (i + 1 < p)
+            k[i + 1 + i * p] = k[i + (i + 1) * p] = i % 2 == 0 ? -1 : link;
+    }
+    const unsigned long before = kmp_memory_bytes();
+    CHECK(kmp_spectrum_init(&s, p, m, NULL, g, k, false) == 0);
+    kmp_spectrum_free(&s);
+    return kmp_memory_bytes() - before;
+}
+
+/* Pencils that share no entry have their eigenvalues, zeros and vectors as one pencil, in less room. */
+static void pencils_apart_are_solved_apart(void)
+{
+    enum { GROUPS = 4, OF_ONE = MOST / GROUPS };
+    for (int damped = 0; damped < 2; damped++) {
+        double m[MOST * MOST] = {0}, g[MOST * MOST] = {0}, k[MOST * MOST] = {0}, re[2 * MOST], im[2 * MOST];
+        int zeros = 0, still = 0, found = 0;
+        kmp_spectrum s, own;
+        for (int b = 0; b < GROUPS; b++) {
+            double m1[MOST * MOST], g1[MOST * MOST], k1[MOST * MOST];
+            positive(OF_ONE, OF_ONE, 0.5, m1);
+            positive(OF_ONE, b == 1 ? 1 : OF_ONE, 0, k1); /* one has two still shapes */
+            positive(OF_ONE, damped && b != 1 ? 1 : 0, 0, g1);
+            CHECK(kmp_spectrum_init(&own, OF_ONE, m1, NULL, g1, k1, damped) == 0);
+            zeros += own.zeros;
+            still += own.still;
+            for (int c = own.zeros; c < own.count; c++) {
+                re[found] = own.re[c];
+                im[found++] = own.im[c];
+            }
+            kmp_spectrum_free(&own);
+            for (int j = 0; j < OF_ONE; j++)
+                for (int i = 0; i < OF_ONE; i++) {
+                    const int to = i * GROUPS + b + (j * GROUPS + b) * MOST;
+                    m[to] = m1[i + j * OF_ONE];
+                    g[to] = g1[i + j * OF_ONE];
+                    k[to] = k1[i + j * OF_ONE];
+                }
+        }
+        CHECK(kmp_spectrum_init(&s, MOST, m, NULL, g, k, false) == 0);
+        CHECK(s.conservative == !damped && s.zeros == zeros && s.still == still && still == 2);
+        check_vectors(&s, m, g, k);
+        for (int c = s.zeros; c < s.count; c++) {
+            double nearest = INFINITY;
+            int in = 0; /* groups in which the vector is not zero */
+            for (int e = 0; e < found; e++)
+                nearest = fmin(nearest, hypot(re[e] - s.re[c], im[e] - s.im[c]));
+            CHECK(nearest <= 1e-10 * hypot(s.re[c], s.im[c]));
+            CHECK(c == s.zeros || hypot(s.re[c], s.im[c]) >= hypot(s.re[c - 1], s.im[c - 1]) * (1 - 1e-12));
+            CHECK(s.im[c] <= 0 || (s.re[c + 1] == s.re[c] && s.im[c + 1] == -s.im[c]));
+            for (int b = 0; b < GROUPS; b++) {
+                bool any = false;
+                for (int i = 0; i < OF_ONE; i++)
+                    any = any || s.x_re[i * GROUPS + b + c * MOST] != 0;
+                in += any;
+            }
+            CHECK(in == 1);
+        }
+        kmp_spectrum_free(&s);
+    }
+    double m[] = {1, 0, 0, 1}, g[4] = {0}, k[] = {2, 0, 0, 1}; /* a minor that is not positive keeps its place */
+    kmp_spectrum s;
+    m[3] = -1;
+    CHECK(kmp_spectrum_init(&s, 2, m, NULL, g, k, false) == 2);
+    CHECK(3 * bytes_of(30, 0) < bytes_of(30, 0.1));
+}
+
+/* A large matrix of groups without common entries, in any order: as the same matrix whole. */
+static void groups_of_large_matrices_are_solved_apart(void)
+{
+    enum { N = 70, GROUPS = 7 };
+    static double a[N * N], vectors[N * N], values[N];
+    kmp_arena arena = {0};
+    kmp_dense_groups groups;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i <= j; i++)
+            a[i + j * N] = a[j + i * N] = i % GROUPS == j % GROUPS ? random_entry() : 0;
+    for (int i = 0; i < N * N; i++)
+        vectors[i] = i % N >= i / N ? a[i] : NAN; /* the upper triangle is not read */
+    CHECK(kmp_dense_groups_init(&groups, &arena, N, 1, &(const double *){a}) && groups.count == GROUPS);
+    for (int b = 0; b < GROUPS; b++)
+        for (int e = groups.start[b]; e < groups.start[b + 1]; e++)
+            CHECK(groups.order[e] == b + GROUPS * (e - groups.start[b]) && groups.of[groups.order[e]] == b);
+    CHECK(kmp_symmetric_eigen(N, vectors, values) == 0);
+    for (int c = 0; c < N; c++) {
+        CHECK(c == 0 || values[c] >= values[c - 1]);
+        for (int i = 0; i < N; i++) {
+            double sum = -values[c] * vectors[i + c * N];
+            for (int j = 0; j < N; j++)
+                sum += a[i + j * N] * vectors[j + c * N];
+            CHECK(fabs(sum) < 1e-12);
+        }
+        for (int d = 0; d <= c; d++) {
+            double dot = 0;
+            for (int i = 0; i < N; i++)
+                dot += vectors[i + c * N] * vectors[i + d * N];
+            CHECK_NEAR(dot, c == d, 1e-12);
+        }
+    }
+    kmp_arena_free(&arena);
+}
+
 int main(void)
 {
     TEST(rows_of_masses_have_their_frequencies);
@@ -340,5 +455,7 @@ int main(void)
     TEST(gyroscopes_stay_on_the_axis);
     TEST(a_mass_that_is_none_is_reported);
     TEST(left_vectors_give_derivatives);
+    TEST(pencils_apart_are_solved_apart);
+    TEST(groups_of_large_matrices_are_solved_apart);
     return check_report();
 }

@@ -5,6 +5,7 @@
 #include "analyses/inverse/inverse_study.h"
 #include "balance_of_body.h"
 #include "base/arena.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "output/samples.h"
@@ -621,7 +622,7 @@ static void rows_at_events(void)
 static double operations_of_chain(int bodies)
 {
     kmp_text text = {0};
-    kmp_all_loads loads;
+    kmp_all_loads loads = {0};
     kmp_text_put(&text, "kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n  b0: {joint: {revolute: x, at: ground}, mass: 1, "
                         "inertia: {xx: 1, yy: 2, zz: 2}, points: {P: [1, 0.1, 0.2]}}\n");
     for (int k = 1; k < bodies; k++)
@@ -645,6 +646,55 @@ static void operations_grow_with_the_joints(void)
     CHECK_NEAR((forty - twenty) / (twenty - ten), 2, 0.02);
 }
 
+/* Pendulums beside each other, each with an elastic rope over a sheave, a spring of its own law against a stop and a
+ * pair of elastic gear wheels; bytes that the loads of all joints take. */
+static double bytes_of_elements(int count)
+{
+    kmp_text text = {0};
+    kmp_all_loads loads = {0};
+    kmp_text_put(&text, "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text, ", A%d: [%d, 0, 0], C%d: [%g, -0.3, 0], E%d: [%d, 1, 0], F%d: [%g, 1, 0]", k, k, k,
+                        k + 0.2, k, k, k, k + 0.1);
+    kmp_text_put(&text, "}}\nbodies:\n");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text,
+                        "  b%d: {joint: {revolute: z, at: ground.A%d}, mass: 1, inertia: {zz: 0.1}, com: [0.5, 0, 0], "
+                        "points: {P: [0.6, 0, 0]}}\n"
+                        "  e%d: {joint: {revolute: z, at: ground.E%d}, mass: 1, inertia: {zz: 0.1}}\n"
+                        "  f%d: {joint: {revolute: z, at: ground.F%d}, mass: 1, inertia: {zz: 0.1}}\n",
+                        k, k, k, k, k, k);
+    kmp_text_put(&text, "ropes:\n");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text,
+                        "  r%d: {along: [ground.A%d, {round: ground.C%d, radius: 0.05, turn: left, may_leave: yes}, "
+                        "b%d.P], stiffness: 1000 N/m, preload: 3 N}\n",
+                        k, k, k, k);
+    kmp_text_put(&text, "gears:\n");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(&text, "  g%d: {between: [e%d, f%d], teeth: [20, 20], stiffness: 1e5}\n", k, k, k);
+    kmp_text_put(&text, "contacts:\n");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(
+            &text, "  c%d: {gap: \"1 + position(b%d.P).y\", law: kelvin_voigt, stiffness: 1e4, damping: 10}\n", k, k);
+    loaded l = load_text(text.s);
+    const unsigned long before = kmp_memory_bytes();
+    CHECK(l.system && kmp_all_loads_init(&loads, l.system) == KEMPE_OK && loads.joints == 3 * count);
+    const unsigned long bytes = kmp_memory_bytes() - before;
+    kmp_all_loads_free(&loads);
+    unload(&l);
+    kmp_text_free(&text);
+    return (double)bytes;
+}
+
+/* Elements are looked at across the joints between their bodies only. */
+static void elements_count_where_they_act(void)
+{
+    const double few = bytes_of_elements(8), many = bytes_of_elements(16);
+    printf("  loads of all joints: %.0f and %.0f bytes\n", few, many);
+    CHECK(many < 3 * few);
+}
+
 int main(void)
 {
     TEST(loads_balance_a_body);
@@ -663,5 +713,6 @@ int main(void)
     TEST(sliding_discs);
     TEST(rows_at_events);
     TEST(operations_grow_with_the_joints);
+    TEST(elements_count_where_they_act);
     return check_report();
 }

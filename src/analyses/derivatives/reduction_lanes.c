@@ -150,6 +150,9 @@ kempe_status kmp_reduction_lanes_init(kmp_reduction_lanes *lanes, const kmp_redu
             lanes->mx = kmp_arena_aligned(a, (size_t)(red->n * lanes->p) * W);
             lanes->mr = kmp_arena_aligned(a, (size_t)(lanes->p * lanes->p) * W);
             lanes->diagonal_of_mass = kmp_arena_aligned(a, (size_t)lanes->p * W);
+            const int p = lanes->p;
+            KMP_ARENA_MAKE(a, KMP_ROOM(int, p, &lanes->mass_child), KMP_ROOM(int, p + 1, &lanes->mass_start),
+                           KMP_ROOM(int, 2 * p, &lanes->mass_mark), KMP_ROOM(int, p *(p - 1) / 2, &lanes->mass_row));
             lanes->dv = kmp_arena_aligned(a, (size_t)r * W);
         }
     }
@@ -357,18 +360,57 @@ static KMP_CLONES void reduce(kmp_reduction_lanes *x, const int *pivot_of, const
         }
 }
 
-/* L D L' in place, D in the diagonal; its reciprocals. */
-static KMP_CLONES void factor_mass(int p, double *a, double *inverse)
+/* True if a value is zero in all lanes. */
+static bool is_nothing(const double *x)
+{
+    bool nothing = true;
+    for (int l = 0; l < W; l++)
+        nothing = nothing && x[l] == 0;
+    return nothing;
+}
+
+/* Lists the rows of each column of the factor: of the matrix, and of the columns that are eliminated into it, which
+ * are the ones whose first row it is. */
+static void find_rows(kmp_reduction_lanes *x)
+{
+    const int p = x->p;
+    int *start = x->mass_start, *row = x->mass_row, *child = x->mass_child, *mark = x->mass_mark;
+    for (int k = 0; k < p; k++)
+        child[k] = mark[k] = -1; /* child: the last column with this first row; the one before it is in `next` */
+    int *next = mark + p, count = 0;
+    for (int k = 0; k < p; k++) {
+        for (int i = k + 1; i < p; i++)
+            if (!is_nothing(x->mr + (ptrdiff_t)(i + k * p) * W))
+                mark[i] = k;
+        for (int c = child[k]; c >= 0; c = next[c])
+            for (int e = start[c]; e < start[c + 1]; e++)
+                mark[row[e]] = k;
+        start[k] = count;
+        for (int i = k + 1; i < p; i++)
+            if (mark[i] == k)
+                row[count++] = i;
+        start[k + 1] = count;
+        if (count > start[k]) {
+            next[k] = child[row[start[k]]];
+            child[row[start[k]]] = k;
+        }
+    }
+}
+
+/* L D L' in place, D in the diagonal; its reciprocals. Parts that share no inertia take a time that grows with their
+ * number. */
+static KMP_CLONES void factor_mass(int p, const int *start, const int *row, double *a, double *inverse)
 {
     for (int k = 0; k < p; k++) {
         AT(inverse, k) = 1 / OF(a, k + k * p);
-        for (int j = k + 1; j < p; j++) {
+        for (int e = start[k]; e < start[k + 1]; e++) {
+            const int j = row[e];
             const kmp_eight by = OF(a, j + k * p) * OF(inverse, k);
-            for (int i = j; i < p; i++)
-                AT(a, i + j * p) -= OF(a, i + k * p) * by;
+            for (int f = e; f < start[k + 1]; f++)
+                AT(a, row[f] + j * p) -= OF(a, row[f] + k * p) * by;
         }
-        for (int i = k + 1; i < p; i++)
-            AT(a, i + k * p) *= OF(inverse, k);
+        for (int e = start[k]; e < start[k + 1]; e++)
+            AT(a, row[e] + k * p) *= OF(inverse, k);
     }
 }
 
@@ -377,7 +419,8 @@ bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass)
     int p = lanes->p;
     memset(lanes->mx, 0, (size_t)(lanes->red->n * p) * W * sizeof *lanes->mx);
     reduce(lanes, lanes->pivot_of, mass);
-    factor_mass(p, lanes->mr, lanes->diagonal_of_mass);
+    find_rows(lanes);
+    factor_mass(p, lanes->mass_start, lanes->mass_row, lanes->mr, lanes->diagonal_of_mass);
     for (int k = 0; k < p; k++)
         for (int l = 0; l < W; l++)
             if (!(lanes->diagonal_of_mass[k * W + l] > 0 && lanes->diagonal_of_mass[k * W + l] <= DBL_MAX))
@@ -385,19 +428,21 @@ bool kmp_reduction_lanes_reduce(kmp_reduction_lanes *lanes, const double *mass)
     return true;
 }
 
-static KMP_CLONES void solve_mass(int p, int count, const double *a, const double *inverse, double *b)
+static KMP_CLONES void solve_mass(const kmp_reduction_lanes *x, int count, double *b)
 {
+    const int p = x->p, *start = x->mass_start, *row = x->mass_row;
+    const double *a = x->mr;
     for (int k = 0; k < p; k++)
-        for (int i = k + 1; i < p; i++)
-            add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, k), ROW(b, i));
+        for (int e = start[k]; e < start[k + 1]; e++)
+            add(count, a + (ptrdiff_t)(row[e] + k * p) * W, -1, ROW(b, k), ROW(b, row[e]));
     for (int k = p; k-- > 0;) {
-        multiply(count, inverse + (ptrdiff_t)k * W, ROW(b, k));
-        for (int i = k + 1; i < p; i++)
-            add(count, a + (ptrdiff_t)(i + k * p) * W, -1, ROW(b, i), ROW(b, k));
+        multiply(count, x->diagonal_of_mass + (ptrdiff_t)k * W, ROW(b, k));
+        for (int e = start[k]; e < start[k + 1]; e++)
+            add(count, a + (ptrdiff_t)(row[e] + k * p) * W, -1, ROW(b, row[e]), ROW(b, k));
     }
 }
 
 void kmp_reduction_lanes_solve_mass(const kmp_reduction_lanes *lanes, int count, double *b)
 {
-    solve_mass(lanes->p, count, lanes->mr, lanes->diagonal_of_mass, b);
+    solve_mass(lanes, count, b);
 }

@@ -23,6 +23,8 @@ typedef struct kmp_reduction_lanes {
     int *full_of;                       /* p: number of a column among these, -1: it has none */
     double *factor, *inverse, *bvu;     /* slots; r; r x full, by rows, which are pivots */
     double *mx, *mr, *diagonal_of_mass; /* n x p by rows; p x p, column-major, its factor; p: its reciprocal pivots */
+    int *mass_start, *mass_row;         /* rows of the factor of mr below its diagonal, by columns */
+    int *mass_child, *mass_mark;        /* p: scratch of these */
     double *dv, *room;                  /* r, by pivots; r times vectors */
 } kmp_reduction_lanes;
 

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quadratic eigenvalue problem: the symmetric solver where there is no damping, otherwise a scaled companion matrix
  * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first: null spaces are separated stage by stage, by
- * singular values (Kublanovskaya 1966). */
+ * singular values (Kublanovskaya 1966). Coordinates that no matrix connects are separate pencils; what counts as
+ * rounding is relative to all of them. */
 #include "analyses/derivatives/spectrum.h"
 #include "analyses/dense/eigenvalues.h"
 #include "analyses/dense/singular_values.h"
 #include "linalg/dense/dense.h"
+#include "linalg/dense/dense_parts.h"
 #include "linalg/dense/dot.h"
 #include <float.h>
 #include <math.h>
@@ -19,7 +21,11 @@
 
 typedef struct pencil {
     kmp_arena arena;
-    int p, n; /* n = 2 p */
+    int p, n;         /* n = 2 p */
+    int all;          /* the size of all pencils together */
+    const int *place; /* p: its coordinates among all */
+    kmp_spectrum own; /* its spectrum */
+    int *chosen;      /* still: coordinates in which the vectors of its zeros are the identity */
     const double *mass, *damping, *stiffness;
     const double *led; /* the coefficient of s^2 where it is not the mass; NULL: the mass */
     double *apart;     /* LU of `led` in coordinates in which the mass is 1 */
@@ -27,6 +33,7 @@ typedef struct pencil {
     double *l;      /* Cholesky factor of the mass */
     double *g, *k;  /* G and K where M is 1 */
     double rate;    /* of the time in which K has norm 1 */
+    double most;    /* its largest eigenvalue, or singular value of K */
     double *t, *h;  /* n x n: orthogonal, and t' A t */
     double *a, *s;  /* n x n, n: scratch */
     double *vector; /* n x n: of an iteration */
@@ -87,7 +94,7 @@ static int longest_row(int p, int n, const double *rows, double *row, double *le
  * least 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
 static int put_still(pencil *w, kmp_spectrum *s, double *basis)
 {
-    int p = s->p, still = s->still, *chosen = KMP_ARENA_NEW(&w->arena, int, p);
+    int p = s->p, still = s->still, *chosen = w->chosen = KMP_ARENA_NEW(&w->arena, int, p);
     double *a = w->a, *scaled = w->vector;
     if (!chosen)
         return -1;
@@ -177,7 +184,7 @@ static int separate(pencil *w, int done)
         }
     if (kmp_singular_right(rest, w->a, w->s, w->vector))
         return -1;
-    while (zeros < rest && w->s[rest - 1 - zeros] <= rounding(n))
+    while (zeros < rest && w->s[rest - 1 - zeros] <= rounding(2 * w->all))
         zeros++;
     if (zeros == 0)
         return 0;
@@ -199,10 +206,20 @@ static int separate(pencil *w, int done)
     return zeros;
 }
 
-/* Deflates zeros of the companion matrix A of w->g, w->k and w->rate: t is orthogonal and h = t' A t has the zeros
- * first. These are the null space of K, then zeros of the chains that begin in it. Returns the number of zeros, and
- * sets s->still; -1: no memory or no convergence. */
-static int deflate(pencil *w, kmp_spectrum *s)
+/* Singular values of K in w->s, and its right vectors. */
+static int split(pencil *w)
+{
+    memcpy(w->a, w->k, bytes(w->p * w->p));
+    if (kmp_singular_right(w->p, w->a, w->s, w->vector))
+        return -1;
+    w->most = w->s[0];
+    return 0;
+}
+
+/* Deflates zeros of the companion matrix A of w->g, w->k and w->rate, after `split`: t is orthogonal and h = t' A t has
+ * the zeros first. These are the null space of K, then zeros of the chains that begin in it. `most`: the largest
+ * singular value of all K. Returns the number of zeros, and sets s->still; -1: no memory or no convergence. */
+static int deflate(pencil *w, kmp_spectrum *s, double most)
 {
     int p = w->p, n = w->n, done = 0;
     memset(w->t, 0, bytes(n * n));
@@ -222,10 +239,7 @@ static int deflate(pencil *w, kmp_spectrum *s)
         w->noise[i] = norm_of(n, w->row);
     }
     /* only of K: its norm is 1, or it is all zero */
-    memcpy(w->a, w->k, bytes(p * p));
-    if (kmp_singular_right(p, w->a, w->s, w->vector))
-        return -1;
-    while (done < p && w->s[p - 1 - done] <= rounding(p) * w->s[0])
+    while (done < p && w->s[p - 1 - done] <= rounding(w->all) * most)
         done++;
     s->still = done;
     if (done == 0)
@@ -311,7 +325,7 @@ static void normalise(const pencil *w, kmp_spectrum *s, int c)
     double length = hypot(norm_of(p, y_re), norm_of(p, y_im));
     divide(p, y_re, y_im, length, 0);
     form(w, y_re, y_im, 2 * s->re[c], 2 * s->im[c], true, x_re, x_im, f);
-    if (hypot(f[0], f[1]) > rounding(w->n) * w->rate)
+    if (hypot(f[0], f[1]) > rounding(2 * w->all) * w->rate)
         divide(p, y_re, y_im, f[0], -f[1]);
 }
 
@@ -367,23 +381,31 @@ static int order(int count, const double *re, const double *im, place *out)
 
 /* -- the symmetric solver ---------------------------------------------------------------------------- */
 
-static int by_symmetry(pencil *w, kmp_spectrum *s)
+/* Eigenvalues in w->s, and their vectors. */
+static int find_symmetric(pencil *w)
 {
-    int p = s->p, still = 0, at = 0;
-    double *mu = w->s, most = 0, *basis = w->h;
+    const int p = w->p;
     for (int j = 0; j < p; j++)
         for (int i = 0; i < p; i++)
             w->vector[i + j * p] = (w->stiffness[i + j * p] + w->stiffness[j + i * p]) / 2;
     memcpy(w->a, w->mass, bytes(p * p));
-    int info = kmp_eigen_symmetric(p, w->vector, w->a, mu);
+    const int info = kmp_eigen_symmetric(p, w->vector, w->a, w->s);
+    for (int i = 0; info == 0 && i < p; i++)
+        w->most = fmax(w->most, fabs(w->s[i]));
+    return info;
+}
+
+/* `most`: the largest eigenvalue of all. */
+static int by_symmetry(pencil *w, kmp_spectrum *s, double most)
+{
+    int p = s->p, still = 0, at = 0;
+    double *mu = w->s, *basis = w->h;
     place *places = KMP_ARENA_NEW(&w->arena, place, 2 * p);
-    if (info || !places)
-        return info ? info : -1;
-    for (int i = 0; i < p; i++)
-        most = fmax(most, fabs(mu[i]));
+    if (!places)
+        return -1;
     double *re = w->part[0], *im = w->part[1]; /* two an eigenvalue, the ones with a vector first */
     for (int i = 0; i < p; i++) {
-        bool zero = fabs(mu[i]) <= rounding(p) * most;
+        bool zero = fabs(mu[i]) <= rounding(w->all) * most;
         if (zero)
             memcpy(basis + still++ * p, w->vector + i * p, bytes(p));
         double root = zero ? 0 : sqrt(fabs(mu[i]));
@@ -460,9 +482,9 @@ static double across(const pencil *w, const kmp_spectrum *s, int a, int b)
     return sqrt(fmax(f[0], 0));
 }
 
-static int by_companion(pencil *w, kmp_spectrum *s)
+static int by_companion(pencil *w, kmp_spectrum *s, double most)
 {
-    int p = s->p, n = w->n, done = deflate(w, s);
+    int p = s->p, n = w->n, done = deflate(w, s, most);
     if (done < 0)
         return -1;
     int rest = n - done, at = s->zeros = done;
@@ -479,11 +501,18 @@ static int by_companion(pencil *w, kmp_spectrum *s)
         lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
         at = complete(w, s, at, places[k].im > 0);
     }
-    /* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
-     * whose eigenvectors differ as much; vectors of a multiple eigenvalue with as many eigenvectors point anywhere. */
-    double size = 0;
-    for (int k = s->zeros; k < s->count; k++)
-        size = fmax(size, hypot(s->re[k], s->im[k]));
+    for (int j = 0; j < s->still; j++) {
+        memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
+        kmp_cholesky_backward(p, w->l, w->h + j * p);
+    }
+    return put_still(w, s, w->h);
+}
+
+/* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
+ * whose eigenvectors differ as much; vectors of a multiple eigenvalue with as many eigenvectors point anywhere. `size`:
+ * the largest modulus of all eigenvalues. */
+static void find_growth(const pencil *w, kmp_spectrum *s, double size)
+{
     for (int a = s->zeros; a < s->count && !s->secular; a++)
         for (int b = a + 1; b < s->count && !s->secular; b++) {
             bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
@@ -493,11 +522,6 @@ static int by_companion(pencil *w, kmp_spectrum *s)
                 s->secular_at = a;
             }
         }
-    for (int j = 0; j < s->still; j++) {
-        memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
-        kmp_cholesky_backward(p, w->l, w->h + j * p);
-    }
-    return put_still(w, s, w->h);
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -512,7 +536,7 @@ static int divide_led(pencil *w)
     for (int i = 0; i < p; i++)
         for (int j = 0; j < p; j++)
             off = fmax(off, fabs(w->apart[i + j * p] - (i == j)));
-    if (off <= rounding(p)) {
+    if (off <= rounding(w->all)) {
         w->led = NULL;
         return 0;
     }
@@ -523,41 +547,209 @@ static int divide_led(pencil *w)
     return 0;
 }
 
-static int solve(pencil *w, kmp_spectrum *s, bool companion)
+/* All pencils. */
+typedef struct pencils {
+    kmp_arena arena;
+    int p, count;
+    kmp_dense_groups groups; /* their coordinates */
+    pencil *of;              /* count */
+} pencils;
+
+/* The entries of a matrix that belong to a pencil. */
+static const double *take_entries(pencil *w, const double *from)
 {
-    int p = w->p;
-    memcpy(w->l, w->mass, bytes(p * p));
-    int info = kmp_cholesky_factor(p, w->l);
-    if (info)
-        return info;
-    divide_by_mass(w, w->damping, w->g);
-    divide_by_mass(w, w->stiffness, w->k);
-    if (w->led && (info = divide_led(w)) != 0)
-        return info;
-    double k_norm = norm_of(p * p, w->k), g_norm = norm_of(p * p, w->g);
-    w->rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
-    double difference = 0; /* from a symmetric K */
-    for (int j = 0; j < p; j++)
-        for (int i = 0; i < j; i++)
-            difference = fmax(difference, fabs(w->k[i + j * p] - w->k[j + i * p]));
-    s->conservative = !w->led && g_norm <= rounding(p) * w->rate && difference <= rounding(p) * k_norm;
-    return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
+    double *to = from && w->p < w->all ? KMP_ARENA_NEW(&w->arena, double, (ptrdiff_t)w->p * w->p) : NULL;
+    for (int j = 0; to && j < w->p; j++)
+        for (int i = 0; i < w->p; i++)
+            to[i + j * w->p] = from[w->place[i] + (ptrdiff_t)w->place[j] * w->all];
+    return w->p < w->all ? to : from;
+}
+
+/* Makes the room of a pencil and takes its matrices. False: no memory. */
+static bool pencil_init(pencil *w, int all, int p, const int *of_all, const double *const of[4])
+{
+    *w = (pencil){.p = p, .n = 2 * p, .all = all, .place = of_all, .own = {.p = p, .count = 2 * p}};
+    kmp_spectrum *s = &w->own;
+    double **part = w->part;
+    w->mass = take_entries(w, of[0]);
+    w->led = take_entries(w, of[1]);
+    w->damping = take_entries(w, of[2]);
+    w->stiffness = take_entries(w, of[3]);
+    return KMP_ARENA_EACH(&s->arena, double, s->count, &s->re, &s->im) &&
+           KMP_ARENA_EACH(&s->arena, double, (ptrdiff_t)p * s->count, &s->x_re, &s->x_im, &s->y_re, &s->y_im) &&
+           KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, w->n, &w->pivot),
+                          KMP_ROOM(double, w->n, &w->s, &w->row, &w->product, &w->noise),
+                          KMP_ROOM(double, (ptrdiff_t)w->n * w->n, &w->l, &w->g, &w->k, &w->t, &w->h, &w->a, &w->vector,
+                                   &w->apart, &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
+}
+
+/* G and K of all pencils in coordinates in which the mass is 1. */
+static int prepare(pencils *x)
+{
+    int least = 0;
+    for (int b = 0; b < x->count; b++) {
+        pencil *w = &x->of[b];
+        memcpy(w->l, w->mass, bytes(w->p * w->p));
+        const int info = kmp_cholesky_factor(w->p, w->l);
+        const int minor = info > 0 ? 1 + w->place[info - 1] : 0;
+        if (info < 0)
+            return info;
+        least = minor > 0 && (least == 0 || minor < least) ? minor : least;
+    }
+    for (int b = 0; least == 0 && b < x->count; b++) {
+        pencil *w = &x->of[b];
+        divide_by_mass(w, w->damping, w->g);
+        divide_by_mass(w, w->stiffness, w->k);
+        const int info = w->led ? divide_led(w) : 0;
+        if (info)
+            return info;
+    }
+    return least;
+}
+
+/* True if there is no damping, and K is symmetric. Sets the rates. */
+static bool is_conservative(pencils *x)
+{
+    double k_norm = 0, g_norm = 0, difference = 0; /* from a symmetric K */
+    bool led = false;
+    for (int b = 0; b < x->count; b++) {
+        const pencil *w = &x->of[b];
+        k_norm = hypot(k_norm, norm_of(w->p * w->p, w->k));
+        g_norm = hypot(g_norm, norm_of(w->p * w->p, w->g));
+        led = led || w->led;
+        for (int j = 0; j < w->p; j++)
+            for (int i = 0; i < j; i++)
+                difference = fmax(difference, fabs(w->k[i + j * w->p] - w->k[j + i * w->p]));
+    }
+    const double rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
+    for (int b = 0; b < x->count; b++)
+        x->of[b].rate = rate;
+    return !led && g_norm <= rounding(x->p) * rate && difference <= rounding(x->p) * k_norm;
+}
+
+static int solve(pencils *x, bool symmetric)
+{
+    double most = 0, size = 0;
+    int info = 0;
+    for (int b = 0; info == 0 && b < x->count; b++) {
+        info = symmetric ? find_symmetric(&x->of[b]) : split(&x->of[b]);
+        most = fmax(most, x->of[b].most);
+    }
+    for (int b = 0; info == 0 && b < x->count; b++) {
+        pencil *w = &x->of[b];
+        info = symmetric ? by_symmetry(w, &w->own, most) : by_companion(w, &w->own, most);
+        for (int k = w->own.zeros; info == 0 && k < w->own.count; k++)
+            size = fmax(size, hypot(w->own.re[k], w->own.im[k]));
+    }
+    bool secular = symmetric; /* no chain is longer than the chain of a free motion */
+    for (int b = 0; info == 0 && b < x->count; b++)
+        secular = secular || x->of[b].own.secular;
+    for (int b = 0; info == 0 && !secular && b < x->count; b++)
+        find_growth(&x->of[b], &x->of[b].own, size);
+    return info;
+}
+
+/* -- together ---------------------------------------------------------------------------------------- */
+
+/* Column c of a pencil as column `to` of all. */
+static void put_column(const pencil *w, int c, kmp_spectrum *s, int to)
+{
+    const double *from[] = {w->own.x_re, w->own.x_im, w->own.y_re, w->own.y_im};
+    double *into[] = {s->x_re, s->x_im, s->y_re, s->y_im};
+    s->re[to] = w->own.re[c];
+    s->im[to] = w->own.im[c];
+    for (int v = 0; v < 4; v++)
+        for (int i = 0; i < w->p; i++)
+            into[v][w->place[i] + (ptrdiff_t)to * s->p] = from[v][i + (ptrdiff_t)c * w->p];
+}
+
+/* Zeros: the vectors of all still shapes, in the order of their coordinates, then as often as they are repeated. */
+static void join_zeros(const pencils *x, kmp_spectrum *s, int *column)
+{
+    const size_t one = bytes(s->p);
+    for (int b = 0; b < x->count; b++)
+        for (int j = 0; j < x->of[b].own.still; j++)
+            column[x->of[b].place[x->of[b].chosen[j]]] = 1 + j;
+    for (int i = 0, to = 0; i < s->p; i++)
+        if (column[i] > 0)
+            put_column(&x->of[x->groups.of[i]], column[i] - 1, s, to++);
+    for (int j = s->still; j < s->zeros && s->still > 0; j++)
+        memcpy(s->x_re + (ptrdiff_t)j * s->p, s->x_re + (ptrdiff_t)((j - s->still) % s->still) * s->p, one);
+}
+
+/* All eigenvalues by modulus. */
+static bool join(pencils *x, kmp_spectrum *s)
+{
+    int *column, *pencil_of, *from, count = 0;
+    place *places;
+    *s = (kmp_spectrum){.p = x->p, .count = 2 * x->p};
+    if (!KMP_ARENA_EACH(&s->arena, double, s->count, &s->re, &s->im) ||
+        !KMP_ARENA_EACH(&s->arena, double, (ptrdiff_t)s->p * s->count, &s->x_re, &s->x_im, &s->y_re, &s->y_im) ||
+        !KMP_ARENA_MAKE(&x->arena, KMP_ROOM(int, s->count, &column, &pencil_of, &from),
+                        KMP_ROOM(place, s->count, &places)))
+        return false;
+    bool chain = false; /* of zeros */
+    for (int b = 0; b < x->count; b++) {
+        const kmp_spectrum *own = &x->of[b].own;
+        s->still += own->still;
+        s->zeros += own->zeros;
+        s->secular = s->secular || own->secular;
+        chain = chain || (own->secular && own->secular_at < own->zeros);
+        for (int k = own->zeros; k < own->count; k++)
+            if (own->im[k] >= 0) {
+                pencil_of[count] = b;
+                from[count] = k;
+                places[count] = (place){own->re[k], own->im[k], hypot(own->re[k], own->im[k]), count};
+                count++;
+            }
+    }
+    join_zeros(x, s, column);
+    if (count > 0)
+        qsort(places, (size_t)count, sizeof *places, compare);
+    int to = s->zeros;
+    s->secular_at = s->secular && !chain ? s->count : 0;
+    for (int k = 0; k < count; k++) {
+        const pencil *w = &x->of[pencil_of[places[k].from]];
+        const int c = from[places[k].from];
+        if (w->own.secular && w->own.secular_at == c && to < s->secular_at)
+            s->secular_at = to;
+        put_column(w, c, s, to++);
+        if (w->own.im[c] > 0)
+            put_column(w, c + 1, s, to++);
+    }
+    return true;
 }
 
 int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const double *led, const double *damping,
                       const double *stiffness, bool companion)
 {
-    pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
+    const double *const of[] = {mass, led, damping, stiffness};
+    pencils x = {.p = p};
+    int info = kmp_dense_groups_init(&x.groups, &x.arena, p, 4, of) ? 0 : -1;
+    x.of = KMP_ARENA_NEW(&x.arena, pencil, x.groups.count);
+    for (; info == 0 && x.count < x.groups.count; x.count++) {
+        const int *start = x.groups.start + x.count;
+        if (!x.of || !pencil_init(&x.of[x.count], p, start[1] - start[0], x.groups.order + start[0], of))
+            info = -1;
+    }
+    if (info == 0)
+        info = prepare(&x);
+    const bool conservative = info == 0 && p > 0 && is_conservative(&x);
+    if (info == 0)
+        info = solve(&x, conservative && !companion);
     kmp_spectrum s = {.p = p, .count = 2 * p};
-    KMP_ARENA_EACH(&s.arena, double, s.count, &s.re, &s.im);
-    double **part = w.part;
-    bool made = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) &&
-                KMP_ARENA_MAKE(&w.arena, KMP_ROOM(int, w.n, &w.pivot),
-                               KMP_ROOM(double, w.n, &w.s, &w.row, &w.product, &w.noise),
-                               KMP_ROOM(double, w.n *w.n, &w.l, &w.g, &w.k, &w.t, &w.h, &w.a, &w.vector, &w.apart,
-                                        &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
-    int info = !made ? -1 : p > 0 ? solve(&w, &s, companion) : 0;
-    kmp_arena_free(&w.arena);
+    if (info == 0 && x.count == 1) {
+        s = x.of[0].own;
+        x.of[0].own = (kmp_spectrum){0};
+    } else if (info == 0 && !join(&x, &s)) {
+        info = -1;
+    }
+    s.conservative = conservative;
+    for (int b = 0; x.of && b < x.count; b++) {
+        kmp_spectrum_free(&x.of[b].own);
+        kmp_arena_free(&x.of[b].arena);
+    }
+    kmp_arena_free(&x.arena);
     if (info)
         kmp_spectrum_free(&s);
     else

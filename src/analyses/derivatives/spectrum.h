@@ -7,7 +7,8 @@
  * companion matrix that is scaled: coordinates that M makes orthonormal, time by the root of the norm of K (Tisseur and
  * Meerbergen 2001, section 3; Fan, Lin and Van Dooren 2004). Before either, zeros are separated: the null space of K,
  * then, stage by stage, zeros of the chains that begin in it (Kublanovskaya 1966). So they are exact zeros, not roots
- * of round-off. Allocates: not for hot paths. */
+ * of round-off. Coordinates that no entry connects are solved apart, at scales of the whole. Allocates: not for hot
+ * paths. */
 #pragma once
 
 #include "base/arena.h"

@@ -7,8 +7,10 @@
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "integrators/run/island_runs.h"
 #include "model/data/body.h"
 #include "model/data/closure.h"
+#include "model/data/model.h"
 #include "model/data/state.h"
 #include <math.h>
 #include <string.h>
@@ -25,7 +27,7 @@
 #define FINE    1e-13 /* of an end */
 
 typedef struct walk {
-    kmp_linear *l;
+    kmp_linear *l; /* of the whole, or of a part that nothing connects with the rest */
     kmp_friction_state *friction;
     double t;
     int coordinate, n;
@@ -33,7 +35,14 @@ typedef struct walk {
     double *place;       /* where */
     double *distance;    /* of contacts */
     double *q, *tried;   /* n: the last state that is held; the one that is tried */
+    double *start;       /* n: around which the sets lie */
+    int *others;         /* n + 1: coordinates that are independent while all elements stay, and one more */
     kempe_status status; /* of errors */
+    /* As parts of the whole: */
+    const int *motion; /* by coordinates; NULL: it is the whole */
+    const int *view;   /* by elements; NULL */
+    const double *all; /* a state of the whole; how many coordinates it has */
+    int all_count;
 } walk;
 
 const char *kmp_rest_text(kmp_rest_word word)
@@ -143,57 +152,137 @@ static kempe_status choose_coordinate(walk *w, const double *q, int count, int *
     return kmp_linear_prefer(l, w->t, q, count + 1, others);
 }
 
-static kempe_status find_sets(walk *w, const double *q, kmp_arena *arena, int *others, int *count, kmp_rest_set *sets)
+/* A state of the whole at an end. */
+static kempe_status keep_end(const walk *w, kmp_arena *arena, kmp_rest_end *end)
 {
-    KMP_TRY(kmp_friction_state_lock(w->friction, w->t, q, NULL, NULL));
-    KMP_TRY(kmp_linear_choose(w->l, w->t, q, NULL, 0));
-    int p = w->l->p;
-    memcpy(others, w->l->part.u, (size_t)p * sizeof *others);
+    end->q = KMP_ARENA_NEW(arena, double, w->all_count);
+    KMP_TRY(kmp_made(w->l->system->context, end->q));
+    memcpy(end->q, w->all, (size_t)w->all_count * sizeof *end->q);
+    for (int k = 0; k < w->n; k++)
+        end->q[w->motion ? w->motion[k] : k] = w->q[k];
+    return KEMPE_OK;
+}
+
+/* Both ends of the set of element i; `p`: coordinates that are independent while it stays, too. */
+static kempe_status find_set(walk *w, int i, int p, kmp_arena *arena, kmp_rest_set *set)
+{
+    w->which[i] = false;
+    KMP_TRY(kmp_friction_state_lock(w->friction, w->t, w->start, w->which, w->place));
+    KMP_TRY(choose_coordinate(w, w->start, p, w->others, &w->coordinate));
+    for (int k = 0; w->coordinate >= 0 && k < 2; k++) {
+        memcpy(w->q, w->start, (size_t)w->n * sizeof *w->q);
+        set->end[k].word = march(w, k ? 1 : -1);
+        KMP_TRY(keep_end(w, arena, &set->end[k]));
+    }
+    set->coordinate = w->coordinate >= 0 && w->motion ? w->motion[w->coordinate] : w->coordinate;
+    w->which[i] = true;
+    return w->status;
+}
+
+/* The sets of a walk's elements, in their places among `sets`, with elements and coordinates of the whole. */
+static kempe_status find_sets(walk *w, const kmp_friction_state *whole, kmp_arena *arena, kmp_rest_set *sets)
+{
+    KMP_TRY(kmp_friction_state_lock(w->friction, w->t, w->start, NULL, NULL));
+    KMP_TRY(kmp_linear_choose(w->l, w->t, w->start, NULL, 0));
+    const int p = w->l->p;
+    memcpy(w->others, w->l->part.u, (size_t)p * sizeof *w->others);
     for (int i = 0; i < w->friction->count; i++)
         w->which[i] = w->friction->view[i].word == KMP_FRICTION_WORD_STICKS;
-    kmp_friction_state_look(w->friction, w->t, q, NULL);
+    kmp_friction_state_look(w->friction, w->t, w->start, NULL);
     for (int i = 0; i < w->friction->count; i++)
         w->place[i] = w->friction->view[i].place;
     for (int i = 0; i < w->friction->count; i++) {
-        kmp_rest_set *set = &sets[*count];
+        const int place = w->view ? w->view[i] : i;
         if (!w->which[i])
             continue;
-        KMP_TRY(kmp_made(w->l->system->context, KMP_ARENA_EACH(arena, double, w->n, &set->end[0].q, &set->end[1].q)));
-        /* Both ends of the set of element i; `others`: coordinates that are independent while it stays, too. */
-        w->which[i] = false;
-        KMP_TRY(kmp_friction_state_lock(w->friction, w->t, q, w->which, w->place));
-        KMP_TRY(choose_coordinate(w, q, p, others, &set->coordinate));
-        w->coordinate = set->coordinate;
-        set->element = w->friction->view[i].element;
-        for (int k = 0; w->coordinate >= 0 && k < 2; k++) {
-            memcpy(w->q, q, (size_t)w->n * sizeof *q);
-            set->end[k].word = march(w, k ? 1 : -1);
-            memcpy(set->end[k].q, w->q, (size_t)w->n * sizeof *q);
-        }
-        w->which[i] = true;
-        KMP_TRY(w->status);
-        *count += set->coordinate >= 0;
+        KMP_TRY(find_set(w, i, p, arena, &sets[place]));
+        sets[place].element = sets[place].coordinate >= 0 ? whole->view[place].element : NULL;
     }
     return KEMPE_OK;
 }
 
-/* Finds the sets around q (n, at rest and held by friction), at t. `sets`: of `arena`, one for each independent
- * element. Changes the state of `linear` and its friction. Errors: KEMPE_E_MEMORY, KEMPE_E_FAILED. */
-static kempe_status find_rest_sets(kmp_linear *linear, kmp_friction_state *friction, double t, const double *q,
-                                   kmp_arena *arena, int *count, kmp_rest_set **sets)
+static kempe_status walk_init(walk *w, kmp_arena *arena)
 {
-    walk w = {.l = linear, .friction = friction, .t = t, .n = linear->n};
-    double *start;
-    int *others;
-    *count = 0;
-    bool made = KMP_ARENA_MAKE(arena, KMP_ROOM(double, w.n, &w.q, &w.tried, &start), KMP_ROOM(int, w.n + 1, &others),
-                               KMP_ROOM(bool, friction->count, &w.which),
-                               KMP_ROOM(double, friction->count, &w.place, &w.distance),
-                               KMP_ROOM(kmp_rest_set, friction->count, sets));
-    KMP_TRY(kmp_made(linear->system->context, made));
-    memcpy(start, q, (size_t)w.n * sizeof *q);
-    kempe_status status = find_sets(&w, start, arena, others, count, *sets);
+    const int count = w->friction->count;
+    return kmp_made(w->l->system->context,
+                    KMP_ARENA_MAKE(arena, KMP_ROOM(double, w->n, &w->q, &w->tried, &w->start),
+                                   KMP_ROOM(int, w->n + 1, &w->others), KMP_ROOM(bool, count, &w->which),
+                                   KMP_ROOM(double, count, &w->place, &w->distance)));
+}
+
+/* The number of each element of a part among the elements of the whole, both by their closures. `of` (closures of the
+ * whole): the element of each. */
+static int *number_views(const kmp_friction_state *part, const int *closure, const int *of, kmp_arena *arena)
+{
+    int *view = KMP_ARENA_NEW(arena, int, part->count);
+    for (int i = 0; view && i < part->count; i++)
+        view[i] = of[closure[part->view[i].element->closure]];
+    return view;
+}
+
+/* The sets of elements of part i. */
+static kempe_status find_sets_of_part(const walk *whole, const struct kmp_island_systems *parts, int i, const int *of,
+                                      kmp_arena *arena, kmp_rest_set *sets)
+{
+    kmp_linear linear = {0};
+    kmp_arena own = {0};
+    walk w = {.l = &linear, .t = whole->t, .all = whole->all, .all_count = whole->all_count};
+    const kempe_system *s = kmp_island_system(parts, i, &w.motion);
+    bool none = true;
+    KMP_TRY(kmp_linear_init(&linear, s, kmp_backend_default()));
+    kempe_status status = kmp_friction_state_new(linear.eval, &w.friction, &none);
+    if (status == KEMPE_OK && !none) {
+        w.n = s->n;
+        int *view = number_views(w.friction, kmp_island_closures(parts, i), of, &own);
+        status = walk_init(&w, &own);
+        if (status == KEMPE_OK) {
+            w.view = view;
+            for (int k = 0; k < s->n; k++)
+                w.start[k] = whole->all[w.motion[k]];
+            kmp_friction_state_take_contacts(w.friction, whole->friction, view);
+            status = find_sets(&w, whole->friction, arena, sets);
+        }
+    }
+    kmp_friction_state_free(w.friction);
+    kmp_arena_free(&own);
+    kmp_linear_free(&linear);
+    return status;
+}
+
+/* An element moves only with what is connected with it: the sets of each part are found apart. */
+static kempe_status find_sets_by_parts(const walk *w, const struct kmp_island_systems *parts, kmp_arena *arena,
+                                       kmp_rest_set *sets)
+{
+    int *of = KMP_NEW(int, w->l->system->model->closure_count);
+    kempe_status status = kmp_made(w->l->system->context, of);
+    for (int i = 0; of && i < w->friction->count; i++)
+        of[w->friction->view[i].element->closure] = i;
+    for (int i = 0; status == KEMPE_OK && i < kmp_island_systems_count(parts); i++)
+        status = find_sets_of_part(w, parts, i, of, arena, sets);
+    kmp_free(of);
+    return status;
+}
+
+/* Finds the sets around the last state of `linear`, at rest and held by friction: one for each independent element.
+ * Changes the state of `linear` and its friction. Errors: KEMPE_E_MEMORY, KEMPE_E_FAILED. */
+static kempe_status find_rest_sets(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *balance)
+{
+    const struct kmp_island_systems *parts = NULL;
+    walk w = {.l = linear, .friction = e->friction, .t = linear->t, .n = linear->n, .all_count = linear->n};
+    kmp_rest_set *sets = KMP_ARENA_NEW(&e->arena, kmp_rest_set, e->friction->count);
+    KMP_TRY(kmp_made(linear->system->context, sets));
+    KMP_TRY(walk_init(&w, &e->arena));
+    memcpy(w.start, linear->q, (size_t)w.n * sizeof *w.start);
+    w.all = w.start;
+    if (!e->exchange && !e->averaged && e->friction->count > 1)
+        KMP_TRY(kmp_island_systems_of_states(e->system, &parts));
+    kempe_status status =
+        parts ? find_sets_by_parts(&w, parts, &e->arena, sets) : find_sets(&w, e->friction, &e->arena, sets);
     kmp_friction_state_release(linear->eval);
+    for (int i = 0; i < e->friction->count; i++)
+        if (sets[i].element)
+            sets[balance->set_count++] = sets[i];
+    balance->set = sets;
     return status;
 }
 
@@ -291,5 +380,5 @@ kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, 
     balance->friction_part = f->part;
     if (f->part > 1 || e->system->chart_count > 0)
         return KEMPE_OK;
-    return find_rest_sets(linear, f, linear->t, linear->q, &e->arena, &balance->set_count, &balance->set);
+    return find_rest_sets(e, linear, balance);
 }

@@ -13,6 +13,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
+#include "integrators/run/island_runs.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
@@ -1247,7 +1248,7 @@ static bool is_there(const descent *w, double far)
     if (w->search->balanced)
         return true;
     bool stable = w->least >= -KMP_WAY_FLAT;
-    return stable ? far <= (w->flat ? STILL : NEAR) : far <= STILL && w->search->iterations == 1;
+    return stable ? far <= (w->flat ? STILL : NEAR) : far <= STILL && w->search->iterations == 1 && !w->search->of_part;
 }
 
 static kempe_status descend(descent *w)
@@ -1276,6 +1277,83 @@ static kempe_status descend(descent *w)
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : descent_complain(w, "too many iterations");
 }
 
+/* -- by parts ---------------------------------------------------------------------------------------------- */
+
+/* Copies the charts of a part from the whole, or back. */
+static void copy_charts(descent *w, kmp_linear *part, const int *motion, bool back)
+{
+    for (int c = 0; c < part->system->chart_count; c++) {
+        double *own = part->eval->chart + (ptrdiff_t)KMP_CHART_SIZE * c;
+        const int there = kmp_chart_of(w->l->system, motion[part->system->chart_first[c]]);
+        double *other = w->l->eval->chart + (ptrdiff_t)KMP_CHART_SIZE * there;
+        memcpy(back ? other : own, back ? own : other, KMP_CHART_SIZE * sizeof *own);
+    }
+    kmp_evaluator *changed = back ? w->l->eval : part->eval;
+    if (part->system->chart_count > 0)
+        kmp_eval_set_charts(changed, changed->chart);
+}
+
+/* Descends with one part only, from w->q, which receives its equilibrium. It takes the rates of its coordinates from
+ * the whole. */
+static kempe_status descend_part(descent *w, const kempe_system *s, const int *motion)
+{
+    kmp_linear linear = {0};
+    kmp_arena arena = {0};
+    double *q = KMP_ARENA_NEW(&arena, double, s->n);
+    kmp_search search = {.rates = KMP_ARENA_NEW(&arena, kmp_steady, s->n),
+                         .balanced = w->search->balanced,
+                         .quiet = w->search->quiet,
+                         .of_part = true};
+    int *from = KMP_ARENA_NEW(&arena, int, s->n);
+    kempe_status status = kmp_made(s->context, !arena.failed);
+    for (int k = 0; status == KEMPE_OK && k < s->n; k++) {
+        q[k] = w->q[motion[k]];
+        for (int i = 0; i < w->search->rate_count; i++)
+            if (w->search->rates[i].coordinate == motion[k]) {
+                from[search.rate_count] = i;
+                search.rates[search.rate_count] = w->search->rates[i];
+                search.rates[search.rate_count++].coordinate = k;
+            }
+    }
+    if (status == KEMPE_OK)
+        status = kmp_linear_init(&linear, s, w->l->eval->backend->name);
+    if (status == KEMPE_OK) {
+        copy_charts(w, &linear, motion, false);
+        status = kmp_equilibrium_find(&linear, w->t, q, &search);
+    }
+    if (status == KEMPE_OK)
+        copy_charts(w, &linear, motion, true);
+    for (int k = 0; status == KEMPE_OK && k < s->n; k++)
+        w->q[motion[k]] = q[k];
+    for (int i = 0; status == KEMPE_OK && i < search.rate_count; i++)
+        w->search->rates[from[i]].rate = search.rates[i].rate;
+    kmp_linear_free(&linear);
+    kmp_arena_free(&arena);
+    return status;
+}
+
+/* Surfaces of one part say nothing about the steps of another: each part descends by itself, and the whole begins
+ * where they end. The whole has no equilibrium where a part has none. */
+static kempe_status descend_by_parts(descent *w)
+{
+    const struct kmp_island_systems *parts;
+    KMP_TRY(kmp_island_systems_of_states(w->l->system, &parts));
+    kempe_status status = KEMPE_OK;
+    if (!parts)
+        return KEMPE_OK;
+    descent_note(w, w->residual);
+    for (int i = 0; status == KEMPE_OK && i < kmp_island_systems_count(parts); i++) {
+        const int *motion;
+        const kempe_system *s = kmp_island_system(parts, i, &motion);
+        status = descend_part(w, s, motion);
+    }
+    KMP_TRY(status);
+    kmp_contact_set_touch(w->contacts, w->t, w->q);
+    return descent_press(w)        ? KEMPE_OK
+           : w->status != KEMPE_OK ? w->status
+                                   : descent_complain(w, "a contact cannot be closed");
+}
+
 static kempe_status find(descent *w)
 {
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
@@ -1288,6 +1366,8 @@ static kempe_status find(descent *w)
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
     bool descends = !w->search->newton && !w->search->exchange, agrees = false;
+    if (descends && w->contacts && w->residual > BALANCED && !w->search->of_part)
+        KMP_TRY(descend_by_parts(w));
     while (!agrees) {
         KMP_TRY(descends ? descend(w) : KEMPE_OK);
         KMP_TRY(descent_least(w));

@@ -18,6 +18,7 @@ typedef struct kmp_search {
     bool quiet;    /* failures give no further message */
     bool warned;   /* warnings of a steady motion were given before */
     bool keeps;    /* rigid contacts stay open or closed as they are in the evaluator */
+    bool of_part;  /* a part of a mechanism: it leaves also a balanced start that is not stable, as the whole does */
     struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;
     double residuals[KMP_MOST_ITERATIONS], steps[KMP_MOST_ITERATIONS]; /* a step's length: the largest |dq| / scale */

@@ -241,6 +241,13 @@ kempe_status kmp_contact_set_begin(kmp_linear *linear, double t, const double *q
     return kmp_contact_set_press(x, t, q);
 }
 
+void kmp_contact_set_touch(kmp_contact_set *set, double t, const double *q)
+{
+    kmp_contact_set_look(set, t, q);
+    for (int i = 0; i < set->count; i++)
+        set->closed[i] = touches(set, i) ? KMP_PRESSED : KMP_PRESSED_NOT;
+}
+
 void kmp_contact_set_end(kmp_contact_set *set)
 {
     if (set)

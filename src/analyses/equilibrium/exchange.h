@@ -72,6 +72,9 @@ kempe_status kmp_contact_set_begin(kmp_linear *linear, double t, const double *q
                                    kmp_contact_set **set);
 void kmp_contact_set_end(kmp_contact_set *set);
 
+/** The contacts that touch or overlap at (t, q) are in the set, all others are not; nothing is closed yet. */
+void kmp_contact_set_touch(kmp_contact_set *set, double t, const double *q);
+
 /** Closes the contacts of the set at (t, q), opens all others. Coordinates are to be chosen again. */
 kempe_status kmp_contact_set_press(kmp_contact_set *set, double t, const double *q);
 

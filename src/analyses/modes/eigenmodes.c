@@ -133,7 +133,7 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
         const double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n;
         memset(work, 0, 4 * (size_t)n * sizeof *work);
         for (int j = 0; j < n; j++)
-            for (int i = 0; i < n; i++) {
+            for (int i = 0; (re[j] != 0 || im[j] != 0) && i < n; i++) {
                 m_re[i] += mass[i + j * n] * re[j];
                 m_im[i] += mass[i + j * n] * im[j];
             }

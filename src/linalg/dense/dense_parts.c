@@ -103,3 +103,33 @@ void kmp_dense_parts_solve(kmp_dense_parts *p, double *x)
     for (int i = 0; i < p->n; i++)
         x[i] = p->x[p->place[i]];
 }
+
+bool kmp_dense_groups_init(kmp_dense_groups *g, kmp_arena *arena, int n, int matrices, const double *const *matrix)
+{
+    int *up;
+    *g = (kmp_dense_groups){0};
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, n, &up, &g->order, &g->of), KMP_ROOM(int, n + 1, &g->start)))
+        return false;
+    for (int i = 0; i < n; i++)
+        up[i] = i;
+    for (int m = 0; m < matrices; m++)
+        for (int j = 0; matrix[m] && j < n; j++)
+            for (int i = 0; i < n; i++)
+                if (matrix[m][i + (ptrdiff_t)j * n] != 0) {
+                    const int a = kmp_root_of(up, i), b = kmp_root_of(up, j);
+                    up[a > b ? a : b] = a > b ? b : a;
+                }
+    for (int i = 0; i < n; i++) { /* a root is the first of its group */
+        const int root = kmp_root_of(up, i);
+        g->of[i] = root == i ? g->count++ : g->of[root];
+        g->start[g->of[i] + 1]++;
+    }
+    for (int k = 0; k < g->count; k++)
+        g->start[k + 1] += g->start[k];
+    for (int i = n; i-- > 0;) /* each group from its end */
+        g->order[--g->start[g->of[i] + 1]] = i;
+    for (int k = 0; k < g->count; k++)
+        g->start[k] = g->start[k + 1];
+    g->start[g->count] = n;
+    return true;
+}

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense LU of a square matrix whose parts share no entry, as the bodies of a scene that do not touch: each part has
- * separate factors. Unknowns of a part keep their order. */
+ * separate factors. Unknowns of a part keep their order. And parts of matrices that are stored whole. */
 #pragma once
 
 #include "base/arena.h"
@@ -26,3 +26,16 @@ int kmp_dense_parts_factor(kmp_dense_parts *p);
 
 /** x <- A^-1 x. */
 void kmp_dense_parts_solve(kmp_dense_parts *p, double *x);
+
+/** Groups of unknowns that share no entry of dense matrices (`matrices` of them, n x n each; NULL: it has none). Groups
+ * are in the order of their first unknowns. */
+typedef struct kmp_dense_groups {
+    int count;
+    int *order; /* n: unknowns by groups, ascending in each */
+    int *start; /* count + 1: of each group in `order` */
+    int *of;    /* n: the group of each unknown */
+} kmp_dense_groups;
+
+/** Memory of the arena. False: no memory. */
+bool kmp_dense_groups_init(kmp_dense_groups *groups, kmp_arena *arena, int n, int matrices,
+                           const double *const *matrix);

@@ -2,7 +2,9 @@
 /* Hides LAPACK's Fortran binding and its workspace. The lengths of character arguments are left out, as all of them are
  * one letter. */
 #include "linalg/dense/lapack.h"
+#include "linalg/dense/dense_parts.h"
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 extern void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *lda, double *b, const int *ldb,
@@ -17,7 +19,7 @@ static int imax(int a, int b)
     return a > b ? a : b;
 }
 
-int kmp_symmetric_eigen(int n, double *a, double *values)
+static int solve_symmetric(int n, double *a, double *values)
 {
     const bool divides = n >= KMP_EIGEN_DIVIDED;
     int lwork = divides ? 1 + 6 * n + 2 * n * n : 3 * n, liwork = 3 + 5 * n, info = 0;
@@ -31,6 +33,62 @@ int kmp_symmetric_eigen(int n, double *a, double *values)
         dsyev_("V", "L", &n, a, &n, values, work, &lwork, &info);
     kmp_arena_free(&room);
     return made && info == 0 ? 0 : -1;
+}
+
+/* An eigenvalue with its vector, among the vectors of its group. */
+typedef struct eigen_place {
+    double value;
+    const double *vector;
+    int group, number;
+} eigen_place;
+
+static int by_value(const void *a, const void *b)
+{
+    const eigen_place *x = a, *y = b;
+    return x->value != y->value ? (x->value < y->value ? -1 : 1) : x->number - y->number;
+}
+
+/* Group by group: the matrix has no entries between them. */
+static int solve_groups(int n, double *a, double *values, const kmp_dense_groups *groups, kmp_arena *room)
+{
+    eigen_place *places = KMP_ARENA_NEW(room, eigen_place, n);
+    for (int g = 0; places && g < groups->count; g++) {
+        const int from = groups->start[g], size = groups->start[g + 1] - from, *order = groups->order + from;
+        double *own = KMP_ARENA_NEW(room, double, (ptrdiff_t)size *size);
+        for (int j = 0; own && j < size; j++)
+            for (int i = j; i < size; i++)
+                own[i + j * size] = a[order[i] + (ptrdiff_t)order[j] * n];
+        if (!own || solve_symmetric(size, own, values + from) != 0)
+            return -1;
+        for (int k = 0; k < size; k++)
+            places[from + k] = (eigen_place){values[from + k], own + k * size, g, from + k};
+    }
+    if (!places)
+        return -1;
+    qsort(places, (size_t)n, sizeof *places, by_value);
+    memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
+    for (int k = 0; k < n; k++) {
+        const int from = groups->start[places[k].group], size = groups->start[places[k].group + 1] - from;
+        values[k] = places[k].value;
+        for (int i = 0; i < size; i++)
+            a[groups->order[from + i] + (ptrdiff_t)k * n] = places[k].vector[i];
+    }
+    return 0;
+}
+
+int kmp_symmetric_eigen(int n, double *a, double *values)
+{
+    if (n < KMP_EIGEN_DIVIDED)
+        return solve_symmetric(n, a, values);
+    kmp_arena room = {0};
+    kmp_dense_groups groups;
+    int failed = -1;
+    for (int j = 0; j < n; j++) /* the upper triangle is not the matrix's */
+        memset(a + (ptrdiff_t)j * n, 0, (size_t)j * sizeof *a);
+    if (kmp_dense_groups_init(&groups, &room, n, 1, &(const double *){a}))
+        failed = groups.count > 1 ? solve_groups(n, a, values, &groups, &room) : solve_symmetric(n, a, values);
+    kmp_arena_free(&room);
+    return failed;
 }
 
 int kmp_least_squares_of(int m, int n, const double *a, int count, const double *b, double rcond, double *x)

@@ -9,8 +9,9 @@
  * which take several times as long there. Smaller ones keep their bits. */
 enum { KMP_EIGEN_DIVIDED = 64 };
 
-/** a (n x n, symmetric, its lower triangle is read) becomes its eigenvectors as columns; values ascend. 0; -1: no
- * memory, or the iteration did not converge (it does for finite entries). */
+/** a (n x n, symmetric, its lower triangle is read) becomes its eigenvectors as columns; values ascend. Matrices of the
+ * size above are solved group by group of unknowns that share no entry. 0; -1: no memory, or the iteration did not
+ * converge (it does for finite entries). */
 int kmp_symmetric_eigen(int n, double *a, double *values);
 
 /** x (n) of least norm among the vectors that minimise |A x - b|; a is m x n, kept, its rank not known. Pivots below
