@@ -600,6 +600,9 @@
 #define KMP_CYCLE_RESTS   1e-6
 /** One that decays, of less than this part of the largest, is at rest soon. */
 #define KMP_CYCLE_DECAYED 1e-2
+/** Range of an output over a whole simulation, SI, below which it has not been disturbed: rounding of an equilibrium.
+ */
+#define KMP_CYCLE_UNMOVED 1e-12
 /** The mean of a load over a period is known if the means of every other value differ by less than this part of it: the
  * accuracy to which a diagram is read. */
 #define KMP_CYCLE_MEAN 1e-2

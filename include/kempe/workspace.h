@@ -18,6 +18,9 @@
  * or the start cannot be assembled, rows are chosen at each state. Near closed states, rows that are redundant at the
  * start count only if J exceeds the error of h.
  *
+ * States (docs/model/states.md) with samples or events have the rate zero: they change only between calls, by the
+ * caller. The rate of a delayed signal is not the rate of a run, because a state has no past; a warning reports this.
+ *
  * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free workspaces in
  * the thread that made the system. After kempe_workspace_new nothing here allocates, but the first calls for many
  * states; nothing touches the context: error messages are in kempe_workspace_message.

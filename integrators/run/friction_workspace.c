@@ -4,6 +4,7 @@
 #include "constraints/workspace/state_workspace.h"
 #include "integrators/run/friction_state.h"
 #include "model/data/model.h"
+#include "model/data/state.h"
 #include <kempe/workspace.h>
 #include <string.h>
 
@@ -61,10 +62,25 @@ const char *kempe_workspace_mode(const kempe_workspace *ws, int k)
 
 /* -- new ----------------------------------------------------------------------------------------------- */
 
+/* A state has no past: the rate of a delayed signal is not the rate in a run. */
+static void tell_of_delays(const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    for (int k = 0; k < kmp_model_state_count(model); k++)
+        if (kmp_model_state(model, k)->delayed) {
+            kmp_log(system->context, KEMPE_LOG_WARNING,
+                    "the state '%s' is a delayed signal, whose past a workspace does not have: qd has its value, and "
+                    "its rate differs from a run",
+                    kmp_model_state(model, k)->name);
+            return;
+        }
+}
+
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
     KMP_WANTED_BOTH(system, workspace);
     KMP_TRY(kmp_workspace_new(system, workspace));
+    tell_of_delays(system);
     const kmp_force *force = system->model->forces, *end = force + system->model->force_count;
     while (force < end && !kmp_force_sticks(force))
         force++;
@@ -88,6 +104,7 @@ kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const
                         "unknown friction of a workspace '%s'; choose slip, stick or none", friction);
     kempe_workspace *ws = NULL;
     KMP_TRY(kmp_workspace_new(system, &ws));
+    tell_of_delays(system);
     ws->eval->conditions.holds_friction = none; /* its inputs are zero */
     kmp_friction_state *state = NULL;
     bool slips = true;

@@ -9,6 +9,7 @@
 #include "base/clones.h"
 #include "base/context.h"
 #include "base/simd4.h"
+#include "constraints/tolerances.h"
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/collocation_step.h"
 #include <float.h>
@@ -162,10 +163,12 @@ static int collocation_take_exact(kmp_collocation *s, double t, const double *y,
     return said;
 }
 
-/* Changes unknown k, *x, for a difference; returns by how much. */
+/* Changes unknown k, *x, for a difference; returns by how much. Nothing depends on an unknown whose error is not
+ * controlled, but a change by its tolerance would overflow. */
 static double collocation_displace(const kmp_collocation *s, int k, double *x)
 {
-    double size = fabs(*x) + s->base.tolerance.atol[k] / s->base.tolerance.rtol, before = *x;
+    const double atol = s->base.tolerance.atol[k], before = *x;
+    const double size = fabs(before) + (atol < KMP_UNCONTROLLED ? atol / s->base.tolerance.rtol : 1);
     volatile double moved = before + DIFFERENCE * size;
     *x = moved;
     return moved - before;

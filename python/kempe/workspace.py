@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from math import prod
 from threading import get_ident
@@ -27,8 +28,8 @@ from .arrays import (
     whole,
     writable,
 )
-from .context import Owned, interruptible, string
-from .errors import ArgumentError, Interrupted, error_of, in_python
+from .context import Owned, interruptible, level_of_caller, string
+from .errors import ArgumentError, Interrupted, KempeWarning, error_of, in_python
 from .fast_calls import calls
 from .lazy import np
 from .options import text_of, unknown
@@ -213,6 +214,7 @@ class Workspace(Owned):
     def _made(self) -> None:
         self._inputs: dict[str, tuple[float, ...]] = {}
         self._keeps: bool = False  # modes of friction and contacts
+        self._rated: bool = False  # rates were asked for
         self._others: list[Workspace] = []  # of further threads
         self._places: tuple[_Places, ...] = ()  # of derivatives, once they are prepared,
         self._by: tuple[str, ...] | None = None  # and the inputs and parameters by which they are taken, too,
@@ -940,7 +942,7 @@ class Workspace(Owned):
 
     def rates(self, t: float, state: ArrayLike) -> Array:
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept only by
-        accelerations, so that they drift.
+        accelerations, so that they drift. States with samples or events keep their values, and a warning names them.
 
         Raises FailedError if the equations are singular. Raises ValueError if an array has another shape. Raises TypeError if its
         entries are not numbers.
@@ -954,10 +956,20 @@ class Workspace(Owned):
         """
         n = self.n
         y = matched(state, 2 * n, "state")
+        if not self._rated:
+            self._rated = True
+            self._tell_of_held_states()
         made = np.empty(2 * n)
         made[:n] = y[n:]
         self.forward_dynamics(t, y[:n], y[n:], out=Accelerations(made[n:], self._lam))
         return made
+
+    def _tell_of_held_states(self) -> None:
+        states = self._system._of_model().parsed().get("states", {})
+        held = [name for name, words in states.items() if "next" in words]
+        if held:
+            words = f"rates: {', '.join(repr(name) for name in held[:3])} change at samples or events only, and have the rate zero here: use a stepper"
+            warnings.warn(words, KempeWarning, level_of_caller())
 
     def inverse_dynamics(
         self,

@@ -641,6 +641,27 @@ def test_friction_of_workspaces():
         system.workspace(friction="glide")
 
 
+def test_states_of_workspaces(recwarn):
+    """A state has no past and no samples: what a workspace cannot know of states is named."""
+
+    def system(states):
+        body = {"joint": {"name": "x", "prismatic": "x", "at": "ground"}, "mass": 1}
+        law = f"-q(x) - {' - '.join(states)}"
+        return kempe.Model.from_dict({"kempe": 1, "states": states, "bodies": {"b": body}, "forces": {"f": {"joint": "x", "force": law}}}).system()
+
+    lag = system({"lag": {"rate": "q(x) - lag"}}).workspace()
+    assert (lag.rates(0.0, [1, 0, 0, 2]) == [0, 2, -3, -1]).all() and not len(recwarn)
+    held = system({"u": {"sample": 0.1, "next": "q(x)"}, "r": {"hysteresis": "q(x)", "limits": [0, 1]}}).workspace()
+    for _ in range(2):
+        assert (held.rates(0.0, [1, 0, 0, 0, 2, 1]) == [0, 2, 1, -4, 0, 0]).all()
+    late = system({"late": {"delay": "q(x)", "time": 0.3}}).workspace(friction="slip")
+    assert late.forward_dynamics(0.0, [1, 0], [0, 2]).qdd[0] == -3
+    assert [str(warning.message).split(" change")[0].split(", whose")[0] for warning in recwarn] == [
+        "rates: 'u', 'r'",
+        "the state 'late' is a delayed signal",
+    ]
+
+
 def test_modes_of_workspaces():
     """States of one phase, also by threads, have the modes that are kept; without them one thread decides at each state."""
     workspace = kempe.Model.from_text(BLOCK).system().workspace(friction="stick")

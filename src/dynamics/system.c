@@ -283,6 +283,18 @@ bool kmp_system_watches_loads(const kempe_system *system)
     return watches;
 }
 
+int kmp_system_input_order(const kempe_system *system, int input)
+{
+    const kmp_program *const programs[] = {system->motion, system->judge, system->closing};
+    int order = 0;
+    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
+        if (programs[k]) {
+            const int reads = kmp_program_time_order(programs[k], input);
+            order = reads > order ? reads : order;
+        }
+    return order;
+}
+
 char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;

@@ -196,6 +196,10 @@ bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows
  * contacts, ends of runs. */
 bool kmp_system_watches_loads(const kempe_system *system);
 
+/** The highest derivative by time of an input that the equations or the outputs read, 0 to 2: of a system whose
+ * `motion` is made. Closures read all, forces the first one, as a damper to a place that the input moves. */
+int kmp_system_input_order(const kempe_system *system, int input);
+
 /** "'motor': q(A) < 0.2", with the name of the force that the condition belongs to, in the system's arena. NULL: no
  * memory. */
 char *kmp_system_event_text(kempe_system *system, const kmp_condition *condition);

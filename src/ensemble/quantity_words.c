@@ -870,9 +870,8 @@ static const char *unit_of(reading *r, const kmp_run_quantity *q, int number)
         return "s";
     if (q->kind == KMP_TAKE_COUNT)
         return "";
-    return q->kind == KMP_TAKE_INTEGRAL && *unit ? kmp_arena_printf(&r->list->arena, "%s s", unit)
-           : q->kind == KMP_TAKE_INTEGRAL        ? "s"
-                                                 : unit;
+    /* The integral of what has no known unit has none either. */
+    return q->kind == KMP_TAKE_INTEGRAL && *unit ? kmp_arena_printf(&r->list->arena, "%s s", unit) : unit;
 }
 
 /* Arguments are the channels after the channels of the quantities. */

@@ -281,6 +281,16 @@ static void copy(void *to, const void *from, int count, size_t size)
         memcpy(to, from, (size_t)count * size);
 }
 
+int kmp_program_time_order(const kmp_program *p, int function)
+{
+    int order = -1;
+    for (int k = 0; k < p->input_count; k++)
+        for (int d = 0; d < KMP_TIME_NUMBERS; d++)
+            if (p->input[k].kind == KMP_IN_TIME && p->input[k].index == kmp_time_index(function, d) && d > order)
+                order = d;
+    return order;
+}
+
 kmp_program *kmp_program_copy(const kmp_program *p)
 {
     int stages = p->stages, code = p->code[stages], outputs = p->outputs[stages];

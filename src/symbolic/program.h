@@ -113,6 +113,9 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
 void kmp_counts_take(kmp_counts *counts, const kmp_instruction *instruction, long times);
 void kmp_counts_add(kmp_counts *counts, const kmp_counts *more, long times);
 
+/** The highest derivative of a given function of time that the program reads, 0 to 2; -1: it reads none. */
+int kmp_program_time_order(const kmp_program *p, int function);
+
 /** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
 /** The program of only the first stages, as many as given, with what they need. NULL: no memory. */

@@ -134,6 +134,29 @@ static void count_warnings(void *user, kempe_level level, const char *line)
     *(int *)user += level == KEMPE_LOG_WARNING;
 }
 
+/* A start at an equilibrium, which is unstable above a = 0: nothing moves, and no stability follows. */
+static void nothing_is_disturbed(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "parameters: {a: 0.1}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: x, force: \"(a - q(x)^2)*qd(x) - q(x)\"}}\n");
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "a=-1:1:3", .settle = 20};
+    kempe_limit_cycles *cycles = NULL;
+    int warnings = 0;
+    kempe_context_set_log(l.context, count_warnings, &warnings);
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    CHECK(warnings == 1);
+    if (cycles) {
+        kempe_table *rows = table_of(cycles, "rows");
+        CHECK_TEXT(kempe_table_word(rows, 2, kempe_table_find(rows, "point")), "rest");
+        CHECK_TEXT(kempe_table_word(rows, 2, kempe_table_find(rows, "stability")), "undecided");
+        kempe_table_free(rows);
+    }
+    kempe_limit_cycles_free(cycles);
+    unload(&l);
+}
+
 /* The same oscillator with a slider that it drives twice as far, and a start that gives both: simulations go on from
  * each other without it. */
 static void settled_with_closures(void)
@@ -195,6 +218,7 @@ int main(void)
 {
     TEST(held_speed);
     TEST(settled);
+    TEST(nothing_is_disturbed);
     TEST(settled_with_closures);
     TEST(normal_form);
     TEST(centre);

@@ -252,6 +252,39 @@ static void the_state_space_answers_likewise(void)
     unload(&l);
 }
 
+/* A mass on a spring k and a damper c to a place u that an input moves, by the rate of an expression, and pressed onto
+ * a surface with a law: (k + c s)/(s^2 + c s + k). A sensor is the rate of u. */
+static void dampers_read_the_rate_of_an_input(void)
+{
+    static const char *const laws[] = {
+        "forces: {f: {joint: x, force: \"-100 N/m*(q(x) - u) - 4 N*s/m*rate(q(x) - u)\"}}\n",
+        "contacts: {f: {gap: q(x) - u, force: \"max(0, 100*depth + 4*rate)\"}}\n"
+        "forces: {w: {joint: x, force: -50}}\n"};
+    for (int way = 0; way < 2; way++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ninputs: {u: {unit: m}}\n"
+                       "bodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n%s"
+                       "sensors: {speed: rate(u)}\n",
+                       laws[way]);
+        loaded l = {.context = kempe_context_new()};
+        CHECK(kempe_model_read_text(l.context, text, "model.yaml", &l.model) == KEMPE_OK);
+        CHECK(l.model && kempe_system_new(l.model, &l.system) == KEMPE_OK);
+        kempe_response *r =
+            respond(&l, &(kempe_response_options){.inputs = "u", .outputs = "q(x),speed", .frequencies = "0.5:10:8"});
+        kempe_table *rows = table_of(r, "rows");
+        CHECK(kempe_table_row_count(rows) == 8);
+        for (int j = 0; j < 8; j++) {
+            const number s = 2 * pi * kempe_table_number(rows, j, 0) * I;
+            CHECK(cabs(answer(rows, j, 0) - (100 + 4 * s) / (s * s + 4 * s + 100)) < 1e-12);
+            CHECK(cabs(answer(rows, j, 1) - s) < 1e-11);
+        }
+        kempe_table_free(rows);
+        kempe_response_free(r);
+        unload(&l);
+    }
+}
+
 /* The status, and whether the sentence has these words. */
 static void refuses(const loaded *l, kempe_response_options options, kempe_status expected, const char *words)
 {
@@ -328,6 +361,7 @@ int main(void)
     TEST(narrow_peaks_are_found);
     TEST(poles_without_damping_are_reported);
     TEST(the_state_space_answers_likewise);
+    TEST(dampers_read_the_rate_of_an_input);
     TEST(rounding_beside_a_pole_is_reported);
     TEST(what_cannot_be_asked_is_said);
     return check_report();

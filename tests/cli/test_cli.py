@@ -2829,6 +2829,25 @@ class Resume(Case):
             self.assertIn("the run ends as requested: q(z) < 0.2 at t = 0.428", said)
             self.assertIn("choose an earlier t_end", said)
 
+    def test_inverse_dynamics_of_a_motion_that_a_condition_ends(self):
+        """States along the drives come from a run, which the condition ends at asin(0.8)/2 s; inverse dynamics up to an earlier time does not meet it."""
+        model = self.model("kempe: 1\nstates: {f: {rate: q(A) - f}}\nbodies: {a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                           "drives: {d: {joint: A, angle: 0.5*sin(2*t)}}\nforces: {t: {joint: A, torque: f}}\nrun: {t_end: 1, until: q(A) > 0.4}\n")
+        said = self.expect(1, "inverse", model).stderr
+        self.assertIn(f"the states along the drives: the run ends as requested: q(A) > 0.4 at t = {math.asin(0.8) / 2:.7f}", said)
+        self.assertIn("choose an earlier t_end", said)
+        self.expect(0, "inverse", model, "--t-end", "0.4")
+
+    def test_units_of_integrals(self):
+        """An integral has the unit of its expression times s; of an expression without a known unit it has none, and limits of any dimension."""
+        model = self.model("kempe: 1\nbodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\nstart: {qd: {x: 3}}\nsensors: {twice: 2*qd(x)}\nrun: {t_end: 1}\n")
+        columns = {"integral(qd(x))": "m/s s", "integral(qd(x)^2)": "", "integral(twice)": "", "integral(energy.kinetic)": "J s"}
+        words = [word for name in columns for word in ("--quantity", name)]
+        self.expect(0, "ensemble", model, *words, "--limit", "integral(qd(x)^2) < 9.1 m^2/s", "--units", "si", "-o", "ends.csv")
+        head = next(csv.reader((self.folder / "ends.csv").read_text().splitlines()))
+        for name, unit in columns.items():
+            self.assertIn(f"{name} [{unit}]" if unit else name, head)
+
     def test_quantities_of_contact_forces(self):
         """Means of forces lack the impulses of a ball that bounces; forces of three feet are those of one solution. Extremes of places have no warning."""
         ball = ("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {e: 0.8}\nground: {points: {O: [0, 0, 0]}}\n"

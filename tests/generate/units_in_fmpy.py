@@ -817,6 +817,30 @@ def check_flat_conditions(kempe, folder):
         instance.freeInstance()
 
 
+DAMPED = """kempe: 1
+inputs: {u: {unit: m}, idle: {unit: N}}
+bodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}
+forces: {f: {joint: x, force: "idle - 4 N*s/m*rate(q(x) - u)"}}
+run: {t_end: 1, outputs: [qdd]}
+"""
+
+
+def check_damped(kempe, folder, has_library):
+    """An input whose rate a damper reads has that derivative, another one has none."""
+    (folder / "damped.yaml").write_text(DAMPED)
+    for options in ((), ("--binary",))[:1 + has_library]:
+        file = folder / f"damped{len(options)}.fmu"
+        subprocess.run([kempe, "fmu", folder / "damped.yaml", "-o", file, "--quiet", *options, *(() if options or FULL else ("--compiler", quick_compiler(folder)))],
+                       check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        unit = Unit(3, file, folder / file.stem)
+        check("u.d" in unit.reference and not {"u.dd", "idle.d"} & set(unit.reference), file.name, "has other derivatives of inputs", sorted(unit.reference))
+        instance = unit.started("cs")
+        unit.set(instance, [unit.reference["u.d"]], [0.5])
+        instance.doStep(0, 1e-6)
+        check(abs(unit.get(instance, [unit.reference["qdd.x"]])[0] - 1) < 1e-5, file.name, "does not read the rate of an input")
+        instance.freeInstance()
+
+
 MOVED = """kempe: 1
 inputs: {u: {unit: rad}}
 bodies:
@@ -910,6 +934,7 @@ def main():
                 check_without_states(kempe, folder)
                 check_doubts(kempe, folder, has_library)
                 check_moved(kempe, folder, has_library)
+                check_damped(kempe, folder, has_library)
                 check_flat_conditions(kempe, folder)
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])

@@ -603,6 +603,59 @@ static void legs_stop_together(void)
     unload(&m);
 }
 
+/* -- corners ------------------------------------------------------------------------------------------- */
+
+/* A four-bar whose crank stands at 1 rad up to t = 0.5 and turns with 2 rad/s from then on: by a kink, or by samples
+ * that end at t = 1. Forwards and backwards; a row at the corner has the rates before it. */
+static void a_drive_that_sets_off(void)
+{
+    static const char *const drives[] = {
+        "drives: {m: {joint: A, angle: \"1 + 2*max(0, t - 0.5)\"}}\n",
+        "drives: {m: {joint: A, angle: 1 + u}}\ninputs: {u: {t: [0, 0.5, 1], value: [0, 0, 1], method: linear}}\n"};
+    for (int k = 0; k < 4; k++) {
+        char text[3000];
+        (void)snprintf(text, sizeof text, "%s%s", four_bar_text(&crank_rocker, 1), drives[k % 2]);
+        loaded m = load_text(text);
+        kempe_kinematics *found = sweep(&m, k < 2 ? "t=0:1:11" : "t=1:0:11", NULL, KEMPE_OK);
+        CHECK(found && found->count == 11);
+        for (int row = 0; found && row < found->count; row++) {
+            const double t = time_at(found, row), rate = t > 0.55 ? 2 : 0;
+            const angles r = solve_four_bar(&crank_rocker, 1 + 2 * fmax(0, t - 0.5));
+            CHECK_NEAR(turned(q_at(found, row)[2], r.phi), 0, 1e-13);
+            CHECK_NEAR(qd_at(found, row)[0], rate, 1e-12);
+            CHECK_NEAR(qd_at(found, row)[2], rate * r.phi1, 1e-12);
+        }
+        kempe_kinematics_free(found);
+        unload(&m);
+    }
+}
+
+/* The path of a constraint with a kink is followed on both sides; a jump ends it. */
+static void a_constraint_with_a_kink(void)
+{
+    static const char bodies[] = "kempe: 1\nbodies:\n  a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                                 "  b: {joint: {name: y, prismatic: y, at: ground}, mass: 1}\n"
+                                 "loops: {c: {constraint: \"q(y) - %s\"}}\n";
+    char text[1000];
+    (void)snprintf(text, sizeof text, bodies, "3*abs(q(x) - 0.1)");
+    loaded m = load_text(text);
+    kempe_kinematics *k = sweep(&m, "x=-0.45:0.5:20", NULL, KEMPE_OK);
+    CHECK(k && k->count == 20);
+    for (int row = 0; k && row < k->count; row++) {
+        const double x = q_at(k, row)[0] - 0.1;
+        CHECK_NEAR(q_at(k, row)[1], 3 * fabs(x), 1e-14);
+        CHECK_NEAR(fabs(x) > 0.01 ? qd_at(k, row)[1] : 3, x < -0.01 ? -3 : 3, 1e-13);
+    }
+    kempe_kinematics_free(k);
+    unload(&m);
+    (void)snprintf(text, sizeof text, bodies, "if(q(x) < 0.1, 0, 0.1)");
+    m = load_text(text);
+    k = sweep(&m, "x=0:0.5:11", NULL, KEMPE_E_FAILED);
+    CHECK(k && strstr(kempe_kinematics_reason(k), "the position changes abruptly"));
+    kempe_kinematics_free(k);
+    unload(&m);
+}
+
 /* -- what is told ------------------------------------------------------------------------------------ */
 
 static void refused(const loaded *m, kempe_kinematics_options options, kempe_status status, const char *said)
@@ -669,6 +722,8 @@ int main(void)
     TEST(two_joints_move_together);
     TEST(legs_stop_together);
     TEST(a_stewart_platform_agrees_with_its_inverse);
+    TEST(a_drive_that_sets_off);
+    TEST(a_constraint_with_a_kink);
     TEST(what_cannot_be_driven_is_reported);
     return check_report();
 }

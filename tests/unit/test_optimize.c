@@ -213,6 +213,27 @@ static void slopes_of_integrals_are_differences(void)
     }
 }
 
+/* A quantity without a value at the start: the message has the quantity, and why the run ended before. */
+static void a_quantity_without_a_value_is_named(void)
+{
+    static const struct {
+        const char *minimize, *words;
+        int starts;
+    } cases[] = {{"at(q(x), 3)", "the start gives no value: 'at(q(x), 3)' has no value: the run ends as requested", 1},
+                 {"first(t > 9)", "none of the starts gives a value: 'first(t > 9)' has no value", 2}};
+    loaded l = load_text("kempe: 1\nparameters: {v: 1}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: "
+                         "1}}\nstart: {qd: {x: v}}\nrun: {t_end: 5, until: 'q(x) > 1'}\n");
+    for (int k = 0; k < 2; k++) {
+        kempe_optimum *o = NULL;
+        CHECK(optimize(&l,
+                       (kempe_optimum_options){
+                           .minimize = cases[k].minimize, .parameters = "v:0.5:4", .starts = cases[k].starts},
+                       &o) == KEMPE_E_FAILED);
+        CHECK(check_says(kempe_context_message(l.context), cases[k].words));
+    }
+    unload(&l);
+}
+
 /* A condition ends the run at a time that depends on the parameter, which slopes refuse: without a method the search
  * goes on without them, and its result says why. */
 static void ends_leave_values(void)
@@ -447,6 +468,7 @@ int main(void)
     TEST(slopes_of_integrals_are_exact);
     TEST(slopes_of_integrals_are_differences);
     TEST(ends_leave_values);
+    TEST(a_quantity_without_a_value_is_named);
     TEST(extremes_at_events);
     TEST(finds_an_angle);
     TEST(finds_a_coupler_curve);

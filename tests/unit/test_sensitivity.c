@@ -568,6 +568,29 @@ static void expect(const char *text, const kempe_sensitivity_options *requested,
     kempe_context_free(c);
 }
 
+/* A start that holds some of the coordinates: without closures, and where no closure depends on the others. */
+static const char partly_held[] =
+    "kempe: 1\nparameters: {k: 3, l: 0.4, y0: 0.2, f: 1}\nground: {points: {D: [0.5, 0, 0]}}\nbodies:\n"
+    "  a: {joint: {motions: [T1, T2], coordinates: [x, y], at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+    "  b: {joint: {name: B, revolute: x, at: a.P}, mass: 1, inertia: {xx: 0.1}, com: [0, 0.1, 0]}\n%s"
+    "forces: {s: {joint: x, force: -k*q(x)}, g: {joint: y, force: -f - q(y)}, h: {joint: B, torque: cos(q(B))}}\n"
+    "start: {q: {x: 0.1, y: y0}, hold: [y], qd: {B: 1}}\n";
+
+static void some_are_held(void)
+{
+    static const char *const loops[] = {"", "loops: {R: {rod: [a.P, ground.D], length: l}}\n"};
+    for (int k = 0; k < 2; k++) {
+        char text[2048];
+        (void)snprintf(text, sizeof text, partly_held, loops[k]);
+        check_trial(&(trial){.text = text,
+                             .parameters = k ? "k,l,y0,f" : "k,y0,f",
+                             .outputs = "q(x),qd(B)",
+                             .t_end = 0.3,
+                             .within = 1e-7,
+                             .first_step = 1e-4});
+    }
+}
+
 static void refusals(void)
 {
     static const char bare[] = "kempe: 1\nname: bare\nparameters: {half: 0.5, twice: 2*half, ax: 1}\nbodies:\n"
@@ -600,6 +623,7 @@ int main(void)
     TEST(a_governor_along_radau);
     TEST(rates_of_least_norm);
     TEST(a_closed_guess_and_a_drive);
+    TEST(some_are_held);
     TEST(conditions_that_change);
     TEST(starts_in_balance);
     TEST(examples_in_balance);

@@ -415,8 +415,47 @@ static void inputs_that_are_constant(void)
     close_scene(&s);
 }
 
+/* A stiff body on a base that is driven, seen through four lags: Newton's matrix by differences, also of the integrals
+ * of states, whose errors are not controlled. */
+static const char lags[] =
+    "kempe: 1\nparameters: {k: 4e4, c: 30, tau: 0.05}\n"
+    "states: {a: {rate: \"(q(x) - a)/tau\"}, b: {rate: (a - b)/tau}, d: {rate: (b - d)/tau}, e: {rate: (d - e)/tau}}\n"
+    "bodies:\n  base: {joint: {name: B, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+    "  body: {joint: {name: x, prismatic: x, at: base.P}, mass: 1}\n"
+    "drives: {m: {joint: B, displacement: 0.01*sin(t)}}\n"
+    "forces: {s: {joint: x, spring: {stiffness: k, damping: 4000}}, f: {joint: x, force: \"c*e + 10*cos(3*t)\"}}\n";
+
+static void states_of_a_stiff_motion(void)
+{
+    static const double rtol[] = {1e-8, 1e-10};
+    scene s;
+    open_scene(&s, lags);
+    for (int k = 0; k < 2; k++) {
+        kempe_sensitivity *found[2] = {NULL, NULL};
+        for (int way = 0; way < 2; way++) {
+            kempe_sensitivity_options options = {.parameters = "k,c,tau",
+                                                 .outputs = "q(x),e",
+                                                 .run = &(kempe_run_options){.rtol = way ? 1e-11 : rtol[k],
+                                                                             .t_end = 0.2,
+                                                                             .integrator = way ? "dop853" : "radau",
+                                                                             .no_convergence_check = 1}};
+            CHECK(kempe_sensitivity_new(s.model, &options, &found[way]) == KEMPE_OK);
+        }
+        for (int c = 0; found[0] && found[1] && c < 2; c++)
+            for (int p = 0; p < 3; p++) {
+                const double exact = kmp_sensitivity_slope(found[1], found[1]->rows - 1, c, p);
+                CHECK_NEAR(kmp_sensitivity_slope(found[0], found[0]->rows - 1, c, p), exact,
+                           100 * rtol[k] * fabs(exact));
+            }
+        kempe_sensitivity_free(found[0]);
+        kempe_sensitivity_free(found[1]);
+    }
+    close_scene(&s);
+}
+
 int main(void)
 {
+    TEST(states_of_a_stiff_motion);
     TEST(windows_within_a_step);
     TEST(an_unstable_cart_pole_is_reported);
     TEST(an_error_is_told_with_its_size);

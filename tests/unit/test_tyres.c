@@ -194,6 +194,36 @@ static void transient_slip_follows(void)
     }
 }
 
+/* A torque M against the drag D v^2: the force of the tyre is M over the height of the axle. Slip as a state hides from
+ * the spin what resists it. */
+static void a_driven_wheel_rolls_steadily(void)
+{
+    static const char *const slips[] = {"", ", transient: yes, longitudinal_relaxation: 0.2, lateral_relaxation: 0.4"};
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\ngravity: [0, 0, -9.81]\nroads: {street: {flat: ground.O}}\n"
+            "tyres: {T: {on: street, at: wheel.C, " BRUSH "%s}}\n"
+            "bodies: {wheel: {joint: {motions: [T1, T3, R2], coordinates: [x, z, spin], at: ground.O}, mass: "
+            "160, inertia: {yy: 2}, points: {C: [0, 0, 0]}}}\nground: {points: {O: [0, 0, 0]}}\n"
+            "forces: {motor: {joint: spin, torque: 20}, air: {joint: x, force: -0.6*qd(x)^2}}\n"
+            "start: {q: {z: 0.3}, qd: {x: 9, spin: 30}}\n",
+            slips[k]);
+        loaded l = load_text(text);
+        kempe_equilibrium *e = NULL;
+        kempe_table *table = NULL;
+        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+        CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+        const double height = radius - 160 * 9.81 / stiffness;
+        CHECK_NEAR(table ? kempe_table_number(table, 0, kempe_table_find(table, "qd.x")) : NAN, sqrt(20 / height / 0.6),
+                   1e-9);
+        kempe_table_free(table);
+        kempe_equilibrium_free(e);
+        unload(&l);
+    }
+}
+
 /* A single track with the steer angle d at the forward velocity u: its lateral velocity v and its yaw rate w solve the
  * balance of lateral forces and of moments, with the brush in closed form. */
 typedef struct single_track {
@@ -686,6 +716,7 @@ int main(void)
     TEST(a_mirrored_tyre);
     TEST(modes_of_a_file);
     TEST(transient_slip_follows);
+    TEST(a_driven_wheel_rolls_steadily);
     TEST(a_single_track_turns_steadily);
     TEST(a_road_that_moves);
     TEST(a_height_is_a_plane);

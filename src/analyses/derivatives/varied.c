@@ -16,6 +16,7 @@
 #include "linalg/dense/lapack.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
+#include "model/data/state.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -403,14 +404,30 @@ typedef struct beginning {
 
 /* -- positions --------------------------------------------------------------------------------------- */
 
+/* Assembly takes its own choice if fewer coordinates are held than there are degrees of freedom: KEMPE_OK if the held
+ * ones are independent in it. */
+static kempe_status choose_as_free(beginning *b)
+{
+    kmp_linear *l = &b->v->linear;
+    kmp_context_clear(b->v->system->context);
+    KMP_TRY(kmp_linear_choose(l, 0, b->q, NULL, 0));
+    for (int k = 0; k < b->held; k++)
+        if (kmp_linear_place(l, b->hold[k]) < 0)
+            return kmp_linear_choose(l, 0, b->q, b->hold, b->held); /* whose message says what is possible */
+    return KEMPE_OK;
+}
+
 /* Held coordinates as independent ones; deformations that hold are some of them, in addition to the ones that the user
  * holds. One that is driven is where its drive has it, if joints have closed the loops. */
 static kempe_status choose_with_held(beginning *b)
 {
     kmp_linear *l = &b->v->linear;
     const bool *undeformed = b->v->system->model->start.undeformed;
-    KMP_TRY(undeformed ? kmp_linear_prefer(l, 0, b->q, b->held, b->hold)
-                       : kmp_linear_choose(l, 0, b->q, b->hold, b->held));
+    kempe_status status =
+        undeformed ? kmp_linear_prefer(l, 0, b->q, b->held, b->hold) : kmp_linear_choose(l, 0, b->q, b->hold, b->held);
+    if (status == KEMPE_E_FAILED && !undeformed)
+        status = choose_as_free(b);
+    KMP_TRY(status);
     bool independent = true;
     int count = 0;
     for (int k = 0; k < b->held; k++) {
@@ -447,6 +464,22 @@ static bool is_driven(const kempe_model *model, int motion)
     return false;
 }
 
+/* The number of coordinates on which no closure depends, besides the held ones: assembly leaves them as they are. */
+static int count_untouched(const beginning *b)
+{
+    const kempe_system *s = b->v->system;
+    const kmp_linear *l = &b->v->linear;
+    int count = 0;
+    for (int k = 0; k < l->p; k++) {
+        const int c = l->part.u[k];
+        bool touched = kmp_state_of(s->model, c) || s->model->start.hold[c];
+        for (int e = 0; e < s->jacobian.count && !touched; e++)
+            touched = s->jacobian.col[e] == c;
+        count += !touched;
+    }
+    return count;
+}
+
 static kempe_status choose_as_assembled(beginning *b)
 {
     const kempe_system *s = b->v->system;
@@ -467,7 +500,7 @@ static kempe_status choose_as_assembled(beginning *b)
     if (status != KEMPE_OK)
         return refuse_held(s);
     const int freedoms = l->p - s->model->state_count; /* assembly moves no state */
-    if (freedoms == b->held || b->m == 0 || near)
+    if (freedoms == b->held + count_untouched(b) || b->m == 0 || near)
         return KEMPE_OK;
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,

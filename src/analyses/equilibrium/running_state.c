@@ -8,6 +8,7 @@
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/memory.h"
 #include "model/data/model.h"
+#include "model/data/state.h"
 #include <math.h>
 #include <string.h>
 
@@ -18,11 +19,20 @@ enum { MOST_NAMED = 12 };
 
 /* -- candidates -------------------------------------------------------------------------------------- */
 
-/* True if R along u_k changes with its own rate, beyond rounding. */
+/* True if R along u_i changes with the rate of u_k, beyond rounding. */
+static bool is_changed_by(const kmp_linear *l, int i, int k, double rate, const double *work)
+{
+    return fabs(l->damping[i + k * l->p]) * kmp_descent_scale(l, i) * fmax(kmp_descent_scale(l, k), fabs(rate)) >
+           KMP_WAY_FLAT * work[i];
+}
+
+/* True if a force may depend on the rate of u_k: along u_k, or by a state, as the slip of a tyre that builds up. */
 static bool is_resisted(const kmp_linear *l, int k, double rate, const double *work)
 {
-    double scale = kmp_descent_scale(l, k);
-    return fabs(l->damping[k + k * l->p]) * scale * fmax(scale, fabs(rate)) > KMP_WAY_FLAT * work[k];
+    bool resisted = is_changed_by(l, k, k, rate, work);
+    for (int i = 0; i < l->p && !resisted; i++)
+        resisted = kmp_state_of(l->system->model, l->part.u[i]) && is_changed_by(l, i, k, rate, work);
+    return resisted;
 }
 
 /* Finds the coordinates that nothing depends on at the start: `steady` receives the coordinates whose rates a force
@@ -41,14 +51,14 @@ static kempe_status find_cyclic(kmp_linear *l, double t, const double *q, const 
             int c = l->part.u[k];
             if (!kmp_descent_is_idle(l, k, work))
                 continue;
-            if (l->damping[k + k * l->p] > 0)
+            const bool resisted = is_resisted(l, k, qd[c], work);
+            const double own = l->damping[k + k * l->p];
+            if (own > 0 || (resisted && own >= 0))
                 steady->rates[steady->rate_count++] =
                     (kmp_steady){.coordinate = c, .rate = qd[c], .how = KMP_RATE_FREED};
-            if (is_resisted(l, k, qd[c], work) || qd[c] != 0)
+            if (resisted || qd[c] != 0)
                 running->rates[running->rate_count++] =
-                    (kmp_steady){.coordinate = c,
-                                 .rate = qd[c],
-                                 .how = is_resisted(l, k, qd[c], work) ? KMP_RATE_FREED : KMP_RATE_KEPT};
+                    (kmp_steady){.coordinate = c, .rate = qd[c], .how = resisted ? KMP_RATE_FREED : KMP_RATE_KEPT};
             moves = moves || qd[c] != 0;
         }
     }

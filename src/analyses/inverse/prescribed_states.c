@@ -76,8 +76,10 @@ kempe_status kmp_prescribed_states_run(kmp_prescribed_states *states, kmp_arena 
     KMP_TRY(kmp_made(system->context, states->run));
     KMP_TRY(kmp_run_resolve(system, &spec));
     kempe_status status = kmp_run(system, &spec, NULL, keep_row, &(run){system, states, rows}, &report);
+    status = report.ended ? KEMPE_E_FAILED : status; /* by a condition: not an interrupt */
     if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && report.reason)
-        (void)kmp_fail(system->context, status, "the states along the drives: %s", report.reason);
+        (void)kmp_fail(system->context, status, "the states along the drives: %s%s", report.reason,
+                       report.ended ? ", before the end of the motion: choose an earlier t_end" : "");
     kmp_free(report.reason);
     return status;
 }

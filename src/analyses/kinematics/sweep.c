@@ -349,6 +349,10 @@ static bool find_derivatives(kmp_sweep *w, const kmp_sweep_pose *pose, double *q
 #define SHORT    1e-7
 /* Relative tolerance of driven rows. */
 #define FOLLOWS 1e-6
+/* A corner of the path, where the rate of a drive jumps or a closure has a kink, is passed by no step. The position
+ * continues behind it: this part of the path farther, by a correction that is below CORNER_MOST. */
+#define CORNER      (8 * SHORTEST)
+#define CORNER_MOST 1e-5
 /* A row is found by bracketing, not by Newton on s, where s changes more slowly, relative to the motion, than this part
  * of its fastest change. */
 #define SLOW 0.05
@@ -818,6 +822,42 @@ static kmp_sweep_end cross(trace *y, double margin)
     return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
 }
 
+/* The closed pose at s, near `here`, in `pose`. */
+static bool close_beside(kmp_sweep *w, double s, kmp_sweep_pose *pose)
+{
+    double first, ratio;
+    pose_copy(w, &w->here, pose);
+    pose->x[w->n] = s;
+    for (int k = 0; k < w->count; k++) /* so that the first correction is of the other side, too */
+        if (k != w->time)
+            pose->x[w->parameter[k].coordinate] = kmp_sweep_parameter_value(&w->parameter[k], s);
+    return close_pose(w, &(kmp_sweep_target){.s = s}, pose, &first, &ratio) && first <= CORNER_MOST;
+}
+
+/* Passes a corner of the path, with the rows there: the tangent is another one behind it. */
+static kmp_sweep_end pass_corner(trace *y)
+{
+    kmp_sweep *w = y->w;
+    const kmp_sweep_task *t = y->task;
+    const double far = w->here.x[w->n] + y->up * CORNER;
+    const bool there = reaches(y, far, t->s_end);
+    const double s = there ? t->s_end : far;
+    if (!close_beside(w, s, &w->next) || !find_tangent(w, &w->next, NULL))
+        return KMP_SWEEP_LOST;
+    for (int i = 0; i <= w->n; i++)
+        w->next.dx[i] *= y->up;
+    while (y->row < t->count && reaches(y, s, t->s[y->row])) {
+        if (!close_beside(w, t->s[y->row], &w->between) || !find_derivatives(w, &w->between, w->xs, w->xss))
+            return KMP_SWEEP_LOST;
+        give(y, w->between.x);
+    }
+    poses_swap(&w->here, &w->next);
+    w->effort.steps++;
+    w->last_step = 0;
+    y->step = FIRST_STEP;
+    return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
+}
+
 /* One step, and the handling of its result. */
 static kmp_sweep_end go_on(trace *y)
 {
@@ -838,7 +878,7 @@ static kmp_sweep_end go_on(trace *y)
         h /= 2;
     }
     if (v != GOOD) /* a small margin leaves only rounding */
-        return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
+        return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : pass_corner(y);
     w->effort.steps++;
     w->last_margin = margin;
     if (!goes_on(y)) {

@@ -95,6 +95,7 @@ typedef struct kmp_cycle {
     double *high, *low; /* of each output; NaN where it is not periodic */
     double *load;       /* loads: their means over the period */
     double residual;    /* |y(T) - x|, over the reach */
+    bool moved;         /* of a simulation: an output that does not drift has changed */
 } kmp_cycle;
 
 typedef struct kmp_shooting {

@@ -537,7 +537,7 @@ static void take_output(const kempe_table *rows, int k, kmp_cycle *x, double *be
 {
     int count = kempe_table_row_count(rows), window = count / 4;
     const double *t = kempe_table_values(rows, 0), *y = kempe_table_values(rows, k + 1);
-    double high, low;
+    double high, low, high_of_all, low_of_all;
     find_range(y, count - window, window, &x->high[k], &x->low[k]);
     find_range(y, count - 2 * window, window, &high, &low);
     double size = x->high[k] - x->low[k], shift = fabs(x->high[k] + x->low[k] - high - low) / 2;
@@ -547,6 +547,8 @@ static void take_output(const kempe_table *rows, int k, kmp_cycle *x, double *be
         return;
     }
     *before = fmax(*before, (high - low) / 2);
+    find_range(y, 0, count, &high_of_all, &low_of_all);
+    x->moved = x->moved || high_of_all - low_of_all > KMP_CYCLE_UNMOVED;
     if (size > 0)
         x->residual = fmax(x->residual, fmax(fabs(x->high[k] - high), fabs(x->low[k] - low)) / size);
     if (isnan(x->period))
@@ -622,6 +624,33 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
 
 /* -- up and down --------------------------------------------------------------------------------------------- */
 
+/* Motions that have decayed to a small part of the largest one, or still decay from there, are at rest. A simulation
+ * that begins at rest without a disturbance shows no stability. */
+static void find_rests(kempe_limit_cycles *c)
+{
+    double largest = 0;
+    int still = 0, count = 0;
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            largest = fmax(largest, c->branch[b].cycle[k]->amplitude);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++, count++) {
+            kmp_cycle *x = c->branch[b].cycle[k];
+            const bool small = x->amplitude <= KMP_CYCLE_RESTS * largest;
+            still += !x->moved;
+            if (x->moved && !small && (x->growing || x->amplitude > KMP_CYCLE_DECAYED * largest))
+                continue;
+            x->word = KMP_CYCLE_REST;
+            x->stability = x->moved ? KMP_CYCLE_STABLE : KMP_CYCLE_UNDECIDED;
+        }
+    if (still > 0)
+        kmp_log(
+            c->system->context, KEMPE_LOG_WARNING,
+            "in %d of %d simulations nothing moves, so that they show no stability: give the start a disturbance, as a "
+            "displacement (start: q)",
+            still, count);
+}
+
 static kempe_status step_up_and_down(stepped *s)
 {
     kempe_limit_cycles *c = s->c;
@@ -656,20 +685,7 @@ static kempe_status step_up_and_down(stepped *s)
         c->branch[b].end =
             kmp_arena_printf(&c->arena, "from %.9g to %.9g", b == 0 ? c->from : c->to, b == 0 ? c->to : c->from);
     }
-    /* Motions that have decayed to a small part of the largest one, or still decay from there, are at rest. */
-    double largest = 0;
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++)
-            largest = fmax(largest, c->branch[b].cycle[k]->amplitude);
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++) {
-            kmp_cycle *x = c->branch[b].cycle[k];
-            bool small = x->amplitude <= KMP_CYCLE_RESTS * largest;
-            if (small || (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * largest)) {
-                x->word = KMP_CYCLE_REST;
-                x->stability = KMP_CYCLE_STABLE;
-            }
-        }
+    find_rests(c);
     return KEMPE_OK;
 }
 

@@ -6,6 +6,7 @@
 #include "analyses/derivatives/switching_state.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
+#include "dynamics/motion.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
@@ -20,11 +21,12 @@
 /* -- construction ------------------------------------------------------------------------------------ */
 
 /* The number of loads of an input: the function of a drive, and an input that moves a closure, act with their rates,
- * all others directly. */
-static int orders_of(const kempe_model *model, const kmp_requested_input *input)
+ * an input that a damper moves with its first one, all others directly. */
+static int orders_of(const kempe_system *system, const kmp_requested_input *input)
 {
-    bool moves = input->kind == KMP_REQUESTED_INPUT && kmp_model_moved_by(model, input->index);
-    return moves || input->kind == KMP_REQUESTED_DRIVE ? 3 : 1;
+    if (input->kind != KMP_REQUESTED_INPUT)
+        return input->kind == KMP_REQUESTED_DRIVE ? 3 : 1;
+    return kmp_model_moved_by(system->model, input->index) ? 3 : 1 + kmp_system_input_order(system, input->index);
 }
 
 /* Makes room. `linear` has chosen its u. `place`: for each input, the index of its point's position among the outputs
@@ -35,7 +37,7 @@ static kempe_status transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slope
 {
     ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
-        columns += orders_of(linear->system->model, &inputs->input[i]);
+        columns += orders_of(linear->system, &inputs->input[i]);
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = linear->n,
@@ -58,7 +60,7 @@ static kempe_status transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slope
     int at = 0;
     for (int i = 0; i < t->inputs->count; i++) {
         const kmp_requested_input *input = &t->inputs->input[i];
-        for (int order = 0; order < orders_of(t->linear->system->model, input); order++)
+        for (int order = 0; order < orders_of(t->linear->system, input); order++)
             t->load[at++] =
                 (kmp_load){.input = i,
                            .order = order,
@@ -467,9 +469,8 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-/* The names of what derivatives are taken by: parameters of a variant, and after them the numbers of inputs of the
- * model. `place` of each. Their count. */
-static int list_slopes(kmp_channels *c, const char **names, int *place, int *parameters)
+/* The names of what derivatives are taken by: parameters of a variant. `place` of each. Their count. */
+static int list_parameters(const kmp_channels *c, const char **names, int *place)
 {
     int count = 0;
     for (int k = 0; k < c->inputs.count; k++)
@@ -477,13 +478,18 @@ static int list_slopes(kmp_channels *c, const char **names, int *place, int *par
             place[k] = count;
             names[count++] = c->inputs.input[k].name;
         }
-    *parameters = count;
+    return count;
+}
+
+/* Continues the list with the numbers of inputs that the system reads. */
+static int list_inputs(kmp_channels *c, int count, const char **names, int *place)
+{
     for (int k = 0; k < c->inputs.count; k++) {
         const kmp_requested_input *input = &c->inputs.input[k];
         if (input->kind != KMP_REQUESTED_INPUT)
             continue;
         place[k] = count;
-        for (int order = 0; order < orders_of(c->given->model, input); order++)
+        for (int order = 0; order < orders_of(c->system, input); order++)
             names[count++] = name_of_load(c, input, order);
     }
     return count;
@@ -492,7 +498,6 @@ static int list_slopes(kmp_channels *c, const char **names, int *place, int *par
 static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
 {
     const kmp_backend *backend = kmp_backend_choose(c->system->context, options->backend);
-    int parameters;
     unsigned *parts = NULL;
     kmp_output_source *source = NULL;
     if (!backend)
@@ -502,13 +507,15 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     const char **names = KMP_ARENA_NEW(&c->arena, const char *, KMP_TIME_NUMBERS * c->inputs.count);
     int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for transfer_init */
     KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
-    int count = list_slopes(c, names, place, &parameters);
-    KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
+    const int parameters = list_parameters(c, names, place);
     bool forces = false; /* act at points, whose positions are outputs */
     for (int k = 0; k < c->inputs.count; k++)
         forces = forces || c->inputs.input[k].kind == KMP_REQUESTED_FORCE;
     if (parameters > 0 || options->outputs || forces)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
+    KMP_TRY(kmp_motion_need(c->system));
+    const int count = list_inputs(c, parameters, names, place);
+    KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
     KMP_TRY(take_columns(c, parts, none, &source));
     /* The state, in whose charts and coordinates the equations are linear. */
     int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;

@@ -25,7 +25,7 @@ typedef struct kmp_output_source {
     int index;
 } kmp_output_source;
 
-/** A column of L: an input, or its `order`-th time derivative, which acts separately where the input moves a closure.
+/** A column of L: an input, or its `order`-th time derivative, which acts separately where the equations read it.
  */
 typedef struct kmp_load {
     int input, order;

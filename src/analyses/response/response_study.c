@@ -613,7 +613,7 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     for (int k = 0; kmp_samples_in(c->system->model) && k < c->transfer.columns; k++)
         if (c->transfer.load[k].order > 0)
             return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
-                            "inputs: '%s' moves closures, and an input that is held between samples has no rates; use "
+                            "inputs: '%s' acts by its rate, and an input that is held between samples has none; use "
                             "a force, an effort or a parameter",
                             c->inputs.input[c->transfer.load[k].input].name);
     KMP_TRY(read_range(&r->channels, options, &range));

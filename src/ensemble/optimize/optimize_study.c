@@ -290,8 +290,18 @@ static kempe_status keep_refusal(kmp_objective *o, const char *reason)
     return kmp_made(o->context, o->refusal);
 }
 
-/* The values at `rows` places (rows x count) into rows x values; NaN where the model does not run, refusal has a
- * reason. KEMPE_STOPPED: an interrupt. */
+/* The same of a run in which a quantity has no value, as at a time behind its end; `reason`: of that end, or empty. */
+static kempe_status keep_absence(kmp_objective *o, int value, const char *reason)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "'%s' has no value%s%s", o->list->name[value], *reason ? ": " : "", reason);
+    const kempe_status status = text.failed ? KEMPE_E_MEMORY : keep_refusal(o, text.s);
+    kmp_text_free(&text);
+    return status;
+}
+
+/* The values at `rows` places (rows x count) into rows x values; NaN where the model does not run or a quantity has no
+ * value, refusal has a reason. KEMPE_STOPPED: an interrupt. */
 static kempe_status values_at(kmp_objective *objective, int rows, const double *x, double *values)
 {
     kmp_objective *o = objective;
@@ -310,8 +320,13 @@ static kempe_status values_at(kmp_objective *objective, int rows, const double *
         bool ok = kmp_outcome_is_complete(kempe_ensemble_result_outcome(batch, k));
         for (int i = 0; i < width; i++)
             values[(ptrdiff_t)k * width + i] = ok ? kempe_ensemble_result_quantity(batch, k, i) : NAN;
+        int absent = 0;
+        while (ok && absent < width && !isnan(values[(ptrdiff_t)k * width + absent]))
+            absent++;
         if (!ok)
             status = keep_refusal(o, kempe_ensemble_result_reason(batch, k));
+        else if (absent < width)
+            status = keep_absence(o, absent, kempe_ensemble_result_reason(batch, k));
     }
     kempe_ensemble_result_free(batch);
     return status;
@@ -671,8 +686,8 @@ enum { COARSER = 100 };
 static kempe_status settle(kempe_optimum *o)
 {
     if (o->best < 0)
-        return kmp_fail(o->context, KEMPE_E_FAILED, "%s gives no value: %s",
-                        o->starts > 1 ? "none of the starts" : "the start",
+        return kmp_fail(o->context, KEMPE_E_FAILED, "%s: %s",
+                        o->starts > 1 ? "none of the starts gives a value" : "the start gives no value",
                         o->search[0].refusal ? o->search[0].refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
     const kempe_run_options own = o->objective.run;

@@ -13,6 +13,7 @@
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/load_dependent.h"
+#include "dynamics/motion.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/simulated.h"
 #include "exchange/code/written_loads.h"
@@ -616,6 +617,7 @@ static void name_all(kmp_code_source *source, const kempe_model *model)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
     source->input_count = kmp_model_given_inputs(model);
     source->input_names = KMP_ARENA_NEW(arena, char *, source->input_count);
+    source->input_order = KMP_ARENA_NEW(arena, int, source->input_count);
     for (int k = 0; source->input_names && k < source->input_count; k++)
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
     name_outputs(source);
@@ -653,10 +655,27 @@ kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *mod
         take_set_parameters(source, model);
     kempe_status status = kmp_made(model->context, !arena->failed && hash_model(model, source->hash));
     if (status == KEMPE_OK)
+        status = kmp_motion_need(system);
+    for (int k = 0; status == KEMPE_OK && k < source->input_count; k++)
+        source->input_order[k] = kmp_system_input_order(system, k);
+    if (status == KEMPE_OK)
         status = kmp_simulated_start(source, system);
     if (status != KEMPE_OK)
         kmp_source_free(source);
     return status;
+}
+
+/* Of a simulator, from the programs of its motion and its outputs. */
+static void find_input_orders(kmp_code_source *source)
+{
+    static const char *const routines[] = {"closures", "motion", "loads", "show"};
+    for (size_t r = 0; source->simulator && r < sizeof routines / sizeof *routines; r++) {
+        const kmp_code_routine *routine = kmp_simulated_routine(source, routines[r]);
+        for (int k = 0; routine && k < source->input_count; k++) {
+            const int order = kmp_program_time_order(routine->program, k);
+            source->input_order[k] = order > source->input_order[k] ? order : source->input_order[k];
+        }
+    }
 }
 
 static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g,
@@ -691,6 +710,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
         KMP_TRY(kmp_simulated_find(source, choice));
     KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
     KMP_TRY(kmp_made(source->context, list_tables(source)));
+    find_input_orders(source);
     return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 

@@ -73,7 +73,7 @@ typedef struct kmp_code_source {
     bool simulator;       /* all conditions are inputs: entries of `modes` */
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
     char **coordinate_names, **row_names, **input_names, **output_names;
-    int input_count;                                 /* of the model */
+    int input_count, *input_order;                   /* of the model; the highest derivative that is read of each */
     int output_count;                                /* columns of the outputs */
     kmp_code_elements frictions, contacts, elements; /* friction that sticks; rigid contacts; both, without rows */
     int mode_entries;                                /* in modes, of each element */

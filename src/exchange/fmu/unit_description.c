@@ -318,11 +318,11 @@ static variable given(int block, int k, const char *causality, const char *varia
                       .start = start};
 }
 
-/* An input that no closure reads has no derivatives. */
+/* An input has the derivatives that the equations read. */
 static void add_inputs(description *d)
 {
     static const char *const endings[] = {"", ".d", ".dd"};
-    static const char *const texts[] = {"input of the model", "its first derivative, which closures read",
+    static const char *const texts[] = {"input of the model", "its first derivative, which the equations read",
                                         "its second derivative, which closures read"};
     const kempe_model *model = d->source->model;
     for (int k = 0; k < d->source->input_count; k++) {
@@ -330,7 +330,7 @@ static void add_inputs(description *d)
         const kmp_model_input *input = &model->inputs[k];
         int angle = input->unit && kmp_unit_read(input->unit, strlen(input->unit), &written) ? written.angle : 0;
         kmp_dimension dimension = input->dimension;
-        const int orders = kmp_model_moved_by(model, k) ? 3 : 1;
+        const int orders = kmp_model_moved_by(model, k) ? 3 : 1 + d->source->input_order[k];
         for (int i = 0; i < orders; i++, dimension.power[2] -= 1) {
             variable v = given(KEMPE_FMU_INPUTS, 3 * k + i, "input", "continuous",
                                name_of(d, "", d->source->input_names[k], endings[i]), texts[i],

@@ -110,5 +110,6 @@ void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan)
         "them. Parameters on which the loops depend are fixed after initialisation.</p>\n"
         "<h2>Inputs</h2>\n<p>An input that drives or other closures read has a value and two derivatives, with the "
         "endings "
-        ".d and .dd; set them together with the value.</p>\n</body></html>\n");
+        ".d and .dd, one whose rate a force reads the first of them; set them together with the "
+        "value.</p>\n</body></html>\n");
 }
