@@ -356,6 +356,30 @@ static void stability(void)
     }
 }
 
+/* Many loops beside each other, whose roots are counted loop by loop: two for each of the first ones, four for the
+ * last. */
+static void stability_of_many(void)
+{
+    enum { MANY = 70 };
+    static char text[16384], growing[40];
+    size_t at = (size_t)snprintf(text, sizeof text, "kempe: 1\nstates:\n");
+    for (int k = 0; k < MANY; k++)
+        at += (size_t)snprintf(text + at, sizeof text - at,
+                               "  late%d: {delay: y%d, time: 1}\n  y%d: {rate: -(%s)*late%d}\n", k, k, k,
+                               k < MANY - 1 ? "2" : "7.86", k);
+    (void)snprintf(text + at, sizeof text - at, BODY "forces: {f: {joint: x, force: -q(x) - 0.1*qd(x)}}\n");
+    (void)snprintf(growing, sizeof growing, "growing\": %d", 2 * MANY + 2);
+    loaded l = load_text(text);
+    kempe_equilibrium *e = NULL;
+    char *json = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    CHECK(e && kempe_equilibrium_print(e, KEMPE_JSON, &json) == KEMPE_OK);
+    CHECK(json && strstr(json, growing) != NULL);
+    free(json);
+    kempe_equilibrium_free(e);
+    unload(&l);
+}
+
 /* 1/(k + g e^(-i w T) - w^2 + i w c), also of the delayed signal. */
 static void response(void)
 {
@@ -418,6 +442,7 @@ int main(void)
     TEST(studies);
     TEST(response);
     TEST(stability);
+    TEST(stability_of_many);
     TEST(mistakes);
     return check_report();
 }

@@ -442,6 +442,39 @@ static void groups_of_large_matrices_are_solved_apart(void)
     kmp_arena_free(&arena);
 }
 
+/* Least squares of a large matrix whose columns are groups without common rows, two of its columns equal: the residual
+ * is across all columns, the equal ones share, and the rank is one less. */
+static void groups_of_least_squares(void)
+{
+    enum { M = 90, N = 70, GROUPS = 7, RIGHT = 2 };
+    static double a[M * N], b[M * RIGHT], x[N * RIGHT];
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < M; i++)
+            a[i + j * M] = i % GROUPS == j % GROUPS ? pow(10, j % GROUPS) * random_entry() : 0;
+    for (int i = 0; i < M; i++)
+        a[i + (N - 1) * M] = a[i + (N - 1 - GROUPS) * M];
+    for (int i = 0; i < M * RIGHT; i++)
+        b[i] = random_entry();
+    CHECK(kmp_least_squares_of(M, N, a, RIGHT, b, 1e-12, x) == N - 1);
+    for (int k = 0; k < RIGHT; k++) {
+        CHECK_NEAR(x[N - 1 + k * N], x[N - 1 - GROUPS + k * N], 1e-12);
+        for (int j = 0; j < N; j++) {
+            double across = 0, size = 0;
+            for (int i = 0; i < M; i++) {
+                double rest = b[i + k * M];
+                for (int c = 0; c < N; c++)
+                    rest -= a[i + c * M] * x[c + k * N];
+                across += a[i + j * M] * rest;
+                size += fabs(a[i + j * M]);
+            }
+            CHECK(fabs(across) <= 1e-12 * size);
+        }
+    }
+    /* A group that is nothing beside the others counts as zero. */
+    CHECK(kmp_least_squares_of(M, N, a, RIGHT, b, 1e-3, x) < N - 3);
+    CHECK(x[0] == 0 && x[N - 1] != 0);
+}
+
 int main(void)
 {
     TEST(rows_of_masses_have_their_frequencies);
@@ -457,5 +490,6 @@ int main(void)
     TEST(left_vectors_give_derivatives);
     TEST(pencils_apart_are_solved_apart);
     TEST(groups_of_large_matrices_are_solved_apart);
+    TEST(groups_of_least_squares);
     return check_report();
 }

@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense/dense_parts.h"
 #include "model/data/body.h"
 #include "model/data/state.h"
 #include <float.h>
@@ -55,6 +56,18 @@ static bool is_state(const kmp_linear *l, int k)
     return kmp_state_of(l->system->model, l->part.u[k]);
 }
 
+/* The order of the determinant, and the delays, of the unknowns at their places. */
+static void sum_delays(delayed_equation *e)
+{
+    e->order = 0;
+    e->longest = 0;
+    for (int k = 0; k < e->count; k++) {
+        const double delay = kmp_delay_of(e->linear, e->place[k]);
+        e->order += delay > 0 ? 0 : is_state(e->linear, e->place[k]) ? 1 : 2;
+        e->longest += delay;
+    }
+}
+
 /* With the linear equations at a state. KEMPE_E_MEMORY. */
 static kempe_status delayed_equation_init(delayed_equation *e, const kmp_linear *linear)
 {
@@ -64,11 +77,7 @@ static kempe_status delayed_equation_init(delayed_equation *e, const kmp_linear 
                                      KMP_ROOM(int, count, &e->pivot), KMP_ROOM(int, count, &e->place));
     KMP_TRY(kmp_made(linear->system->context, made && e->place));
     kmp_linear_moving(linear, e->place);
-    for (int k = 0; k < e->count; k++) {
-        const double delay = kmp_delay_of(linear, e->place[k]);
-        e->order += delay > 0 ? 0 : is_state(linear, e->place[k]) ? 1 : 2;
-        e->longest += delay;
-    }
+    sum_delays(e);
     return KEMPE_OK;
 }
 
@@ -185,11 +194,48 @@ static kempe_status delayed_right_of(const delayed_equation *equation, double bo
     return take_whole(0.5 * equation->order - (turn(equation, bound, 0, end) + rest) / half_turn, count);
 }
 
-static kempe_status count_roots(const delayed_equation *c, int *growing, int *zeros)
+/* Equations that share no unknown: the determinant is the product of theirs. */
+typedef struct delayed_groups {
+    int count;
+    delayed_equation *of;
+    double *end, *rest; /* of far_end */
+} delayed_groups;
+
+static kempe_status find_groups(const delayed_equation *whole, kmp_arena *arena, delayed_groups *x)
 {
-    double rest = 0, end = far_end(c, 0, 1 / c->longest, &rest), low = KMP_DELAYED_STILL * end;
-    if (!(end > 0))
-        return KEMPE_E_FAILED;
+    const kmp_linear *l = whole->linear;
+    const double *const from[] = {l->mass, l->damping, l->stiffness};
+    const double *matrix[3] = {NULL};
+    kmp_dense_groups groups;
+    const int n = whole->count;
+    for (int k = 0; k < 3; k++) {
+        double *to = KMP_ARENA_NEW(arena, double, (ptrdiff_t)n *n);
+        if (to)
+            kmp_linear_squeeze(l->p, n, whole->place, n, whole->place, from[k], to);
+        matrix[k] = to;
+    }
+    KMP_TRY(kmp_made(l->system->context, !arena->failed && kmp_dense_groups_init(&groups, arena, n, 3, matrix)));
+    x->count = groups.count;
+    KMP_TRY(kmp_made(l->system->context, KMP_ARENA_MAKE(arena, KMP_ROOM(delayed_equation, x->count, &x->of),
+                                                        KMP_ROOM(double, x->count, &x->end, &x->rest))));
+    for (int g = 0; g < x->count; g++) {
+        delayed_equation *own = &x->of[g];
+        *own = *whole;
+        own->count = groups.start[g + 1] - groups.start[g];
+        own->place = groups.order + groups.start[g];
+        for (int k = 0; k < own->count; k++)
+            own->place[k] = whole->place[own->place[k]];
+        sum_delays(own);
+        if (own->longest == 0)
+            own->longest = whole->longest; /* no delay limits the steps */
+    }
+    return KEMPE_OK;
+}
+
+/* `low`: of the values that count as zero, the largest. */
+static kempe_status count_roots(const delayed_equation *c, double end, double low, double rest, int *growing,
+                                int *zeros)
+{
     double at_low = creal(log_determinant(c, I * low, false)),
            at_double = creal(log_determinant(c, 2 * I * low, false));
     KMP_TRY(take_whole((at_double - at_low) / log(2), zeros));
@@ -199,9 +245,25 @@ static kempe_status count_roots(const delayed_equation *c, int *growing, int *ze
 kempe_status kmp_delayed_growing(const kmp_linear *linear, int *growing, int *zeros)
 {
     delayed_equation c;
+    delayed_groups x = {0};
+    kmp_arena arena = {0};
+    double low = 0;
     kempe_status status = delayed_equation_init(&c, linear);
     if (status == KEMPE_OK)
-        status = count_roots(&c, growing, zeros);
+        status = find_groups(&c, &arena, &x);
+    *growing = *zeros = 0;
+    for (int g = 0; status == KEMPE_OK && g < x.count; g++) {
+        x.end[g] = far_end(&x.of[g], 0, 1 / c.longest, &x.rest[g]);
+        low = fmax(low, KMP_DELAYED_STILL * x.end[g]);
+        status = x.end[g] > 0 ? KEMPE_OK : KEMPE_E_FAILED;
+    }
+    for (int g = 0; status == KEMPE_OK && g < x.count; g++) {
+        int more = 0, still = 0;
+        status = count_roots(&x.of[g], x.end[g], low, x.rest[g], &more, &still);
+        *growing += more;
+        *zeros += still;
+    }
+    kmp_arena_free(&arena);
     kmp_arena_free(&c.arena);
     return status;
 }

@@ -3,6 +3,7 @@
  * one letter. */
 #include "linalg/dense/lapack.h"
 #include "linalg/dense/dense_parts.h"
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,7 +92,7 @@ int kmp_symmetric_eigen(int n, double *a, double *values)
     return failed;
 }
 
-int kmp_least_squares_of(int m, int n, const double *a, int count, const double *b, double rcond, double *x)
+static int least_squares(int m, int n, const double *a, int count, const double *b, double rcond, double *x)
 {
     int rank = 0, info = 0, rows = imax(m, 1), ldb = imax(rows, n), small = m < n ? m : n;
     int lwork = imax(small + 3 * n + 1, 2 * small + count) * 4;
@@ -110,6 +111,82 @@ int kmp_least_squares_of(int m, int n, const double *a, int count, const double 
         memcpy(x + (ptrdiff_t)k * n, rhs + (ptrdiff_t)k * ldb, (size_t)n * sizeof *x);
     kmp_arena_free(&room);
     return made ? rank : -1;
+}
+
+static double longest_column(int m, int n, const double *a)
+{
+    double most = 0;
+    for (int j = 0; j < n; j++) {
+        double sum = 0;
+        for (int i = 0; i < m; i++)
+            sum += a[i + (ptrdiff_t)j * m] * a[i + (ptrdiff_t)j * m];
+        most = sum > most ? sum : most;
+    }
+    return sqrt(most);
+}
+
+/* Group by group of columns that share no row; owner (m): a column of each row. Pivots count as zero relative to the
+ * largest of all groups. */
+static int least_squares_by_groups(int m, int n, const double *a, int count, const double *b, double rcond, double *x,
+                                   const kmp_dense_groups *groups, const int *owner, kmp_arena *room)
+{
+    const double most = longest_column(m, n, a);
+    int *row = KMP_ARENA_NEW(room, int, m), rank = 0;
+    double *own = KMP_ARENA_NEW(room, double, (ptrdiff_t)m *n),
+           *right = KMP_ARENA_NEW(room, double, (ptrdiff_t)m *count),
+           *part = KMP_ARENA_NEW(room, double, (ptrdiff_t)n *count);
+    for (int g = 0; !room->failed && g < groups->count; g++) {
+        const int *order = groups->order + groups->start[g], size = groups->start[g + 1] - groups->start[g];
+        int rows = 0;
+        for (int i = 0; i < m; i++)
+            if (owner[i] >= 0 && groups->of[owner[i]] == g)
+                row[rows++] = i;
+        for (int j = 0; j < size; j++)
+            for (int i = 0; i < rows; i++)
+                own[i + (ptrdiff_t)j * rows] = a[row[i] + (ptrdiff_t)order[j] * m];
+        for (int k = 0; k < count; k++)
+            for (int i = 0; i < rows; i++)
+                right[i + (ptrdiff_t)k * rows] = b[row[i] + (ptrdiff_t)k * m];
+        const double longest = longest_column(rows, size, own), nothing = longest > 0 ? rcond * most / longest : 2;
+        const int found = nothing < 1 ? least_squares(rows, size, own, count, right, nothing, part) : 0;
+        if (found < 0)
+            return -1;
+        rank += found;
+        for (int k = 0; k < count; k++)
+            for (int j = 0; j < size; j++)
+                x[order[j] + (ptrdiff_t)k * n] = nothing < 1 ? part[j + (ptrdiff_t)k * size] : 0;
+    }
+    return room->failed ? -1 : rank;
+}
+
+/* Groups of columns, of which each row has one; owner (m): a column of each row, -1: it has none. */
+static bool find_column_groups(int m, int n, const double *a, int *owner, kmp_dense_groups *groups, kmp_arena *room)
+{
+    double *links = KMP_ARENA_NEW(room, double, (ptrdiff_t)n *n);
+    for (int i = 0; i < m; i++)
+        owner[i] = -1;
+    for (int j = 0; links && j < n; j++)
+        for (int i = 0; i < m; i++)
+            if (a[i + (ptrdiff_t)j * m] != 0) {
+                if (owner[i] >= 0)
+                    links[j + (ptrdiff_t)owner[i] * n] = 1;
+                owner[i] = owner[i] >= 0 ? owner[i] : j;
+            }
+    return links && kmp_dense_groups_init(groups, room, n, 1, &(const double *){links});
+}
+
+int kmp_least_squares_of(int m, int n, const double *a, int count, const double *b, double rcond, double *x)
+{
+    if (n < KMP_EIGEN_DIVIDED || m == 0)
+        return least_squares(m, n, a, count, b, rcond, x);
+    kmp_arena room = {0};
+    kmp_dense_groups groups;
+    int *owner = KMP_ARENA_NEW(&room, int, m), rank = -1;
+    if (owner && find_column_groups(m, n, a, owner, &groups, &room))
+        rank = groups.count > 1 ? least_squares_by_groups(m, n, a, count, b, rcond, x, &groups, owner, &room)
+                                : least_squares(m, n, a, count, b, rcond, x);
+    kmp_arena_free(&room);
+    return rank;
 }
 
 int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x)

@@ -15,7 +15,8 @@ enum { KMP_EIGEN_DIVIDED = 64 };
 int kmp_symmetric_eigen(int n, double *a, double *values);
 
 /** x (n) of least norm among the vectors that minimise |A x - b|; a is m x n, kept, its rank not known. Pivots below
- * rcond of the largest count as zero. Returns the rank, -1 when there is no memory. */
+ * rcond of the largest count as zero. Large ones are solved group by group of columns that share no row. Returns the
+ * rank, -1 when there is no memory. */
 int kmp_least_squares(int m, int n, const double *a, const double *b, double rcond, double *x);
 
 /** The same for `count` right-hand sides (m each) and solutions (n each), one after the other. */
