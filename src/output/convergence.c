@@ -581,6 +581,14 @@ void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, con
                         kmp_shown_as(context, unit).unit);
 }
 
+void kmp_convergence_put_error(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *unit)
+{
+    if (c->parts > 0)
+        kmp_text_printf(text, "%.1e (relative)", c->total);
+    else
+        kmp_convergence_put_apart(text, context, c, unit);
+}
+
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *unit,
                           const char *advice)
 {
@@ -611,6 +619,19 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
     const bool holds = kmp_convergence_holds(c);
     if (!c->known)
         return;
+    if (c->parts > 0) {
+        kmp_text_printf(
+            text,
+            "estimated error %.1e (relative), the sum of the errors of all steps, unless the motion amplifies "
+            "them; by second runs of %d parts, together %.2g s, at rtol %.3g",
+            c->total, c->parts, c->checked, c->rtol);
+        if (c->difference > 0) {
+            kmp_text_put(text, ", which differ by at most ");
+            kmp_convergence_put_apart(text, context, c, unit);
+            kmp_text_printf(text, " of '%s'", name);
+        }
+        return;
+    }
     if (!holds && c->difference > 0)
         kmp_text_printf(text, "in a second run '%s' differs by ", name);
     else
@@ -622,14 +643,7 @@ void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp
         kmp_text_printf(text, " of '%s'", name);
     if (c->difference > 0)
         kmp_text_printf(text, " at t = %.6g s", c->t);
-    if (c->parts > 0)
-        kmp_text_printf(text, ", by second runs of %d parts, together %.2g s, at rtol %.3g", c->parts, c->checked,
-                        c->rtol);
-    else
-        kmp_text_printf(text, "%s rtol %.3g", holds ? ", by a second run at" : ", at", c->rtol);
-    if (c->parts > 0)
-        kmp_text_printf(text, "; total of the errors of all steps %.1e (relative), unless the motion amplifies them",
-                        c->total);
+    kmp_text_printf(text, "%s rtol %.3g", holds ? ", by a second run at" : ", at", c->rtol);
     if (!isnan(c->stopped))
         kmp_text_printf(text, "; the second run ended at t = %.6g s", c->stopped);
 }

@@ -105,6 +105,11 @@ const char *kmp_accuracy_remedy(double rtol);
 void kmp_convergence_put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
                                const char *unit);
 
+/** The estimated error in one value: that difference, or, of a run that was repeated in parts, the sum of the errors of
+ * all steps. */
+void kmp_convergence_put_error(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
+                               const char *unit);
+
 /** The estimated error as a sentence without its full stop; nothing without a second run. */
 void kmp_convergence_put(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
                          const char *name, const char *unit);

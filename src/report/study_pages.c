@@ -586,6 +586,11 @@ static void add_estimated_error(kmp_result_page *page, const kempe_trajectory *t
     const char *name = named ? kmp_arena_printf(&page->arena, "estimated error, %s at t = %.4g s",
                                                 t->system->model->motions[again->index].name, again->t)
                              : "estimated error";
+    if (again->parts > 0) {
+        add_fact(page, "estimated error, relative, of all steps", "%.2g", again->total);
+        limit_fact(page, beyond, "%.2g", again->limit);
+        return;
+    }
     if (!again->known || !unit) {
         add_fact(page, name, again->known ? "%.2g" : "not checked", again->difference);
         if (again->known)

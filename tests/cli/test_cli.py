@@ -2838,6 +2838,14 @@ class Resume(Case):
         self.assertIn("choose an earlier t_end", said)
         self.expect(0, "inverse", model, "--t-end", "0.4")
 
+    def test_estimated_error_of_a_run_that_is_repeated_in_parts(self):
+        """The first line has the errors of all steps, which are larger than the largest difference within a part."""
+        model = ROOT / "examples/curving/curving.yaml"
+        title = self.expect(0, "simulate", model, "--t-end", "1").stdout.splitlines()[0]
+        found = self.object(0, "simulate", model, "--t-end", "1")["convergence"]
+        self.assertGreater(found["total"], 2 * found["difference"])
+        self.assertTrue(title.endswith(f", estimated error {found['total']:.1e} (relative)"), title)
+
     def test_units_of_integrals(self):
         """An integral has the unit of its expression times s; of an expression without a known unit it has none, and limits of any dimension."""
         model = self.model("kempe: 1\nbodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\nstart: {qd: {x: 3}}\nsensors: {twice: 2*qd(x)}\nrun: {t_end: 1}\n")

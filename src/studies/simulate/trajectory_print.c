@@ -366,7 +366,7 @@ static void show_run(kmp_text *text, const kempe_trajectory *t, bool all)
         kmp_text_printf(&title, "%.9g to %.9g s, %d rows", t->spec.t_start, t->spec.t_end, t->table.rows);
     if (!*t->reason && t->again.known && kmp_convergence_holds(&t->again)) {
         kmp_text_put(&title, ", estimated error ");
-        kmp_convergence_put_apart(&title, t->system->context, &t->again, kmp_trajectory_unit(t));
+        kmp_convergence_put_error(&title, t->system->context, &t->again, kmp_trajectory_unit(t));
     }
     kmp_print_answer(text, &title, kempe_trajectory_outcome(t), t->warnings, "", NULL);
     if (kempe_trajectory_outcome(t) != KEMPE_OUTCOME_NOT_TRUSTWORTHY && t->remarks.s)
