@@ -548,6 +548,7 @@ struct kmp_reduced_program {
                           * sign */
     kmp_writer_efforts given;
     kmp_load_passes loads; /* of multipliers that forces depend on; without room: there are none */
+    const double *first;   /* m: from which they are solved for; NULL: the evaluator's */
     const double *dv;      /* r: the last correction, where it closes */
     const double *left;    /* r: the one that is left after it */
     const double *power;   /* of the last run */
@@ -570,14 +571,14 @@ static bool find_signs(const kmp_reduced_program *f, const double *pivot, int *s
     return regular;
 }
 
-/* Solves for the multipliers that forces depend on, from the evaluator's. False: they do not settle. */
+/* Solves for the multipliers that forces depend on. False: they do not settle. */
 static bool settle_loads(kmp_reduced_program *f)
 {
     kmp_load_passes *x = &f->loads;
     kmp_machine *machine = f->made.machine;
     if (!x->nu)
         return true;
-    kmp_load_begin(x, f->red->eval->nu);
+    kmp_load_begin(x, f->first ? f->first : f->red->eval->nu);
     (void)kmp_machine_run(machine, KMP_REDUCED_PROGRAM_CLOSE);
     do
         kmp_machine_set(machine, KMP_IN_LAMBDA, x->nu);
@@ -912,6 +913,16 @@ const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *f)
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *f)
 {
     return &f->layout;
+}
+
+void kmp_reduced_program_begin_loads(kmp_reduced_program *f, const double *nu)
+{
+    f->first = nu;
+}
+
+const double *kmp_reduced_program_loads(const kmp_reduced_program *f)
+{
+    return f->loads.nu;
 }
 
 kmp_counts kmp_reduced_program_count(const kmp_reduced_program *f)

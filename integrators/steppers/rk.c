@@ -188,7 +188,7 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
     }
     if (!prepare(s))
         return KEMPE_E_FAILED;
-    if (s->coarse && !s->received && integrate(s, t, y))
+    if (s->coarse && integrate(s, t, y))
         return KEMPE_OK;
     kmp_rk_interpolate(s->base.ode.n, s->method->numbers.interpolants, s->interpolant, (t - s->base.t_old) / s->taken,
                        y);
@@ -204,6 +204,9 @@ void kmp_rk_transfer(void *solver, kmp_number_stream *stream)
     double ready = !stream->back && s->base.t > s->base.t_old && prepare(s);
     kmp_stream_numbers(stream, 1, &ready);
     s->dense_ready = ready > 0;
+    double coarse = s->coarse;
+    kmp_stream_numbers(stream, 1, &coarse);
+    s->coarse = coarse > 0;
     kmp_stream_numbers(stream, 1, &s->taken);
     kmp_stream_numbers(stream, n, s->y);
     kmp_stream_numbers(stream, n, s->y_old);
