@@ -160,17 +160,16 @@ static bool prepare(kmp_rk *s)
     return true;
 }
 
-/* The solution at t within the last step by further steps from its beginning. False: these cannot be made. */
+/* The solution at t within the last step by further steps from its beginning. False: these cannot be made. Their
+ * cycles are not counted: a choice of the integrator, which judges by them, would depend on the rows. */
 static bool integrate(kmp_rk *s, double t, double *y)
 {
     kmp_rk *f = s->finer;
     long rhs = f->base.work.rhs;
-    double cycles = f->base.cycles;
     bool goes = kmp_rk_start(f, s->base.t_old, s->y_old, NULL, t, t - s->base.t_old) == KEMPE_OK;
     for (int k = 0; goes && f->base.t < t && k < KMP_STEP_FINER; k++)
         goes = kmp_rk_step(f) == KEMPE_OK;
     s->base.work.rhs += f->base.work.rhs - rhs;
-    s->base.cycles += f->base.cycles - cycles;
     goes = goes && f->base.t == t;
     if (goes)
         memcpy(y, f->y, (size_t)s->base.ode.n * sizeof *y);

@@ -164,6 +164,7 @@ static void further_models(void)
                  {"tests/models/guide_friction.yaml", NULL, NULL, 1, 0.01, 1e-12, KEMPE_OK},
                  /* further steps are made within a step, where its polynomial is coarse */
                  {"tests/models/full_film_rotor.yaml", "reduced", NULL, 0.05, 0.0005, 1e-12, KEMPE_OK},
+                 {"tests/models/friction_incline.yaml", NULL, NULL, 1, 0.0005, 1e-12, KEMPE_OK},
                  {"examples/stewart/stewart.yaml", NULL, NULL, 0.5, 0.003, 1e-300, KEMPE_OK},
                  {"examples/suspension/suspension.yaml", NULL, NULL, 0.5, 0.003, 1e-300, KEMPE_OK},
                  /* its contact turns the last digit of a position into the eleventh of an acceleration */
