@@ -65,7 +65,9 @@ static bool is_settled(kmp_load_passes *x, const double *out, size_t l)
     return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
 }
 
-bool kmp_load_pass(kmp_load_passes *x, const double *out)
+/* Takes the outputs of a pass at the present multipliers, of which states without a solution get others. True: a
+ * further pass is needed. */
+static bool pass(kmp_load_passes *x, const double *out)
 {
     const size_t w = x->width, loads = (size_t)x->loads;
     const bool last = x->pass++ >= MOST_PASSES;
@@ -79,10 +81,36 @@ bool kmp_load_pass(kmp_load_passes *x, const double *out)
     return !all && !last;
 }
 
-bool kmp_load_all_settled(const kmp_load_passes *x)
+static bool all_settled(const kmp_load_passes *x)
 {
     bool all = true;
     for (size_t l = 0; l < x->width; l++)
         all = all && x->settled[l];
     return all;
+}
+
+bool kmp_load_settle_one(kmp_load_passes *x, kmp_machine *machine)
+{
+    (void)kmp_machine_run(machine, KMP_LOADS_APART);
+    do
+        kmp_machine_set(machine, KMP_IN_LAMBDA, x->nu);
+    while (pass(x, kmp_machine_run(machine, KMP_LOADS_PASS)));
+    return all_settled(x);
+}
+
+bool kmp_load_settle_lanes(kmp_load_passes *x, kmp_lanes *lanes)
+{
+    (void)kmp_lanes_run(lanes, KMP_LOADS_APART);
+    do
+        kmp_lanes_set(lanes, KMP_IN_LAMBDA, x->nu);
+    while (pass(x, kmp_lanes_run(lanes, KMP_LOADS_PASS)));
+    return all_settled(x);
+}
+
+kmp_counts kmp_load_count(const kmp_program *p, int last)
+{
+    kmp_counts count = kmp_program_count(p, KMP_LOADS_APART, last);
+    for (int i = p->code[KMP_LOADS_PASS]; i < p->code[KMP_LOADS_PASS + 1]; i++)
+        kmp_counts_take(&count, &p->instruction[i], 1);
+    return count;
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The multipliers that forces depend on (constraints/evaluation/load_multipliers.h) by Newton's method in a written
- * program, which has C, the residual and the step in one stage (reduced_program.h): for one state, or for states in
- * lanes. */
+ * program, which has C, the residual and the step in one stage (load_newton.h): for one state, or for states in lanes.
+ */
 #pragma once
 
 #include "backend/lanes.h"
+#include "backend/machine.h"
 #include "base/arena.h"
 #include "constraints/partition/partition.h"
 
@@ -30,7 +31,13 @@ bool kmp_load_passes_init(kmp_load_passes *passes, kmp_arena *arena, const kempe
 /** Begins from these multipliers (m) in all states. NULL: from `nu`. */
 void kmp_load_begin(kmp_load_passes *passes, const double *nu);
 
-/** Takes the outputs of a pass at the present multipliers, of which states without a solution get others. True: a
- * further pass is needed; then outputs at the new multipliers. False: all states are settled, or will not be. */
-bool kmp_load_pass(kmp_load_passes *passes, const double *out);
-bool kmp_load_all_settled(const kmp_load_passes *passes);
+/* Stages of a program with such multipliers: values that do not depend on them, and the outputs of a pass. */
+enum { KMP_LOADS_APART = 1, KMP_LOADS_PASS };
+
+/** Runs passes from the present multipliers, at states that the machine or the lanes have, until all states are
+ * settled, or will not be: then false. */
+bool kmp_load_settle_one(kmp_load_passes *passes, kmp_machine *machine);
+bool kmp_load_settle_lanes(kmp_load_passes *passes, kmp_lanes *lanes);
+
+/** Operations of an evaluation whose last stage is `last`: of two passes. */
+kmp_counts kmp_load_count(const kmp_program *program, int last);

@@ -6,6 +6,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/closing/close.h"
+#include "constraints/programs/load_newton.h"
 #include "constraints/programs/load_passes.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"
@@ -33,10 +34,7 @@ typedef struct maker {
     kmp_ref *rate;           /* r: qd of v */
     kmp_ref *mx;             /* n x p, row by row */
     kmp_ref *ma;             /* n: M a0, where the source has products and forces are written */
-    int loads, *load;        /* load rows in the partition: positions among its rows */
-    kmp_ref *nu;             /* of these: the multipliers that C has, */
-    kmp_ref *residual;       /* accelerations that follow from C less these, */
-    kmp_ref *newton;         /* and the step to their solution */
+    kmp_load_newton loads;   /* the multipliers that C has */
     kmp_ref *column;         /* r x r: of Jv^-1, by independent rows, where they are needed */
     kmp_ref *lambda;         /* r */
     kmp_ref *vdd;            /* r: qdd of v */
@@ -150,9 +148,9 @@ static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
 static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influence)
 {
     /* The column of Jv^-1 of the row: its multiplier is the product with the forces of v. */
-    kmp_ref *column = k->column + k->load[j] * k->r, *unit = k->lambda; /* which is written later */
+    kmp_ref *column = k->column + k->loads.at[j] * k->r, *unit = k->lambda; /* which is written later */
     for (int i = 0; i < k->r; i++)
-        unit[i] = i == k->load[j] ? KMP_ONE : KMP_ZERO;
+        unit[i] = i == k->loads.at[j] ? KMP_ONE : KMP_ZERO;
     for (int number = kmp_block_count(k->red->block); number-- > 0;)
         kmp_writer_blocks_solve(&k->jv, number, 1, unit, column);
     kmp_ref z[KMP_REDUCED_PROGRAM_MOST] = {0}, constant = KMP_ZERO;
@@ -179,48 +177,17 @@ static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influ
     return constant;
 }
 
-/* Solves a x = b in place, in the order of the rows: the diagonal of dLambda/dnu - 1 is far from zero wherever the
- * multipliers are determined. */
-static void eliminate(kmp_graph *g, int count, kmp_ref *a, kmp_ref *b)
-{
-    for (int j = 0; j < count; j++) {
-        kmp_ref inverse = kmp_div(g, KMP_ONE, a[j * count + j]);
-        for (int i = j + 1; i < count; i++) {
-            kmp_ref l = kmp_neg(kmp_mul(g, a[i * count + j], inverse));
-            for (int c = j + 1; c < count; c++)
-                kmp_writer_add_product(g, &a[i * count + c], l, a[j * count + c]);
-            kmp_writer_add_product(g, &b[i], l, b[j]);
-        }
-    }
-    for (int i = count; i-- > 0;) {
-        for (int c = i + 1; c < count; c++)
-            b[i] = kmp_sub(g, b[i], kmp_mul(g, a[i * count + c], b[c]));
-        b[i] = kmp_div(g, b[i], a[i * count + i]);
-    }
-}
-
-/* The residual of the multipliers in C, and Newton's step. False: no memory. */
+/* Newton's method for the multipliers that C has. False: no memory. */
 static bool make_loads(maker *k, const reduced *mr)
 {
-    const kmp_pattern *load = &k->w.s->load_jacobian;
     kmp_ref *influence = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->n);
-    kmp_ref *a = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->loads * k->loads);
-    if (!influence || !a)
+    if (!influence)
         return false;
-    for (int j = 0; j < k->loads; j++) {
-        kmp_ref value = find_influence(k, mr, j, influence);
-        for (int i = 0; i < k->n; i++)
-            kmp_writer_add_product(k->g, &value, influence[i], k->w.bias[i]);
-        k->residual[j] = kmp_sub(k->g, value, k->nu[j]);
-        k->newton[j] = kmp_neg(k->residual[j]);
-        for (int l = 0; l < k->loads; l++) {
-            a[j * k->loads + l] = j == l ? kmp_neg(KMP_ONE) : KMP_ZERO;
-            for (int e = 0; e < load->count; e++)
-                if (load->col[e] == k->red->part->rows[k->load[l]])
-                    kmp_writer_add_product(k->g, &a[j * k->loads + l], influence[load->row[e]], k->w.load[e]);
-        }
+    for (int j = 0; j < k->loads.count; j++) {
+        kmp_ref constant = find_influence(k, mr, j, influence);
+        kmp_load_newton_take(&k->loads, &k->w, k->red->part, j, influence, constant);
     }
-    eliminate(k->g, k->loads, a, k->newton);
+    kmp_load_newton_solve(&k->loads, k->g);
     return true;
 }
 
@@ -235,23 +202,6 @@ static bool make_multipliers(maker *k, const kmp_ref *udd)
             force[k->red->place[i]] = force_of(k, i, udd);
     kmp_writer_blocks_solve_transposed(&k->jv, force, k->lambda);
     return true;
-}
-
-/* Lists the load rows of the partition, whose multipliers are inputs; the other multipliers are zero. */
-static void take_loads(maker *k)
-{
-    const kempe_system *s = k->w.s;
-    for (int j = 0; j < s->load_row_count; j++) { /* as kmp_load_rows */
-        int at = -1, row = s->load_rows[j];
-        for (int i = 0; i < k->r; i++)
-            at = k->red->part->rows[i] == row ? i : at;
-        if (at < 0) {
-            kmp_writer_replace(&k->w, KMP_IN_LAMBDA, row, KMP_ZERO);
-            continue;
-        }
-        k->nu[k->loads] = kmp_input(k->g, KMP_IN_LAMBDA, (uint32_t)row);
-        k->load[k->loads++] = at;
-    }
 }
 
 /* -- making ------------------------------------------------------------------------------------------ */
@@ -282,14 +232,6 @@ static kmp_program *finish(maker *k)
     return kmp_writer_program(w);
 }
 
-/* Puts C, the residual and Newton's step. */
-static void put_loads(maker *k)
-{
-    kmp_writer_put(&k->w, k->n, k->w.bias);
-    kmp_writer_put(&k->w, k->loads, k->residual);
-    kmp_writer_put(&k->w, k->loads, k->newton);
-}
-
 /* Puts the right-hand side. */
 static void put_slopes(maker *k, const kmp_ref *end)
 {
@@ -302,24 +244,12 @@ static void put_slopes(maker *k, const kmp_ref *end)
 /* The stages before the last one, where C depends on multipliers. False: no memory. */
 static bool schedule_loads(maker *k, const kmp_ref *end)
 {
-    kmp_program_writer *w = &k->w;
-    kmp_ref *unloaded = KMP_ARENA_NEW(&w->arena, kmp_ref, kmp_graph_count(k->g)), *from = w->to;
-    int found, stages = w->stages;
-    kmp_writer_stage(w);
-    put_loads(k);
+    kmp_writer_stage(&k->w);
+    kmp_writer_stage(&k->w);
+    kmp_load_newton_put(&k->loads, &k->w);
+    kmp_writer_stage(&k->w);
     put_slopes(k, end);
-    if (!unloaded || !kmp_list_independent(k->g, KMP_IN_LAMBDA, (int)(w->to - from), from, unloaded, &found))
-        return false;
-    w->stages = stages; /* they were put to be listed */
-    w->count[stages] = 0;
-    w->to = from;
-    kmp_writer_stage(w);
-    kmp_writer_put(w, found, unloaded);
-    kmp_writer_stage(w);
-    put_loads(k);
-    kmp_writer_stage(w);
-    put_slopes(k, end);
-    return true;
+    return kmp_load_newton_separate(&k->w);
 }
 
 /* Writes the outputs of all stages; `end`: udd, then the pivots of the reduced mass. */
@@ -327,7 +257,7 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
 {
     kmp_program_writer *w = &k->w;
     int closures = kmp_writer_closure_count(w->s);
-    int loaded = w->load ? k->n + 2 * k->loads + (int)kmp_graph_count(k->g) : 0;
+    int loaded = w->load ? kmp_load_newton_outputs(&k->loads, w) : 0;
     if (!kmp_writer_room(w, 9 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
                                 k->r * k->p + loaded))
         return NULL;
@@ -479,12 +409,10 @@ static kmp_program *make_program(maker *k, bool by_coordinate)
     k->h_t = k->w.s->rheonomic ? KMP_ARENA_NEW(a, kmp_ref, r) : NULL;
     k->b = KMP_ARENA_NEW(a, kmp_ref, r * k->p);
     k->column = KMP_ARENA_NEW(a, kmp_ref, r * r);
-    k->load = KMP_ARENA_NEW(a, int, r);
-    if (!KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate, &k->nu,
-                        &k->residual, &k->newton, &k->lambda, &k->vdd) ||
-        !k->column || !k->load)
+    if (!KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate, &k->lambda,
+                        &k->vdd) ||
+        !k->column || !kmp_load_newton_init(&k->loads, &k->w, k->red->part))
         return NULL;
-    take_loads(k);
     kmp_writer_take_state(&k->w, k->red->part);
     if (k->plan->closes && !kmp_writer_close(&k->w, k->jv, k->first))
         return NULL;
@@ -518,7 +446,7 @@ kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, 
     maker k = maker_of(red, plan);
     record.program = make_program(&k, false);
     record.row = record.program ? kmp_writer_rows(&k.jv) : NULL;
-    layout = (kmp_reduced_program_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
+    layout = (kmp_reduced_program_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count};
     kmp_writer_free(&k.w);
     if (!record.row) {
         kmp_program_free(record.program);
@@ -574,16 +502,10 @@ static bool find_signs(const kmp_reduced_program *f, const double *pivot, int *s
 /* Solves for the multipliers that forces depend on. False: they do not settle. */
 static bool settle_loads(kmp_reduced_program *f)
 {
-    kmp_load_passes *x = &f->loads;
-    kmp_machine *machine = f->made.machine;
-    if (!x->nu)
+    if (!f->loads.nu)
         return true;
-    kmp_load_begin(x, f->first ? f->first : f->red->eval->nu);
-    (void)kmp_machine_run(machine, KMP_REDUCED_PROGRAM_CLOSE);
-    do
-        kmp_machine_set(machine, KMP_IN_LAMBDA, x->nu);
-    while (kmp_load_pass(x, kmp_machine_run(machine, KMP_REDUCED_PROGRAM_RATES)));
-    return kmp_load_all_settled(x);
+    kmp_load_begin(&f->loads, f->first ? f->first : f->red->eval->nu);
+    return kmp_load_settle_one(&f->loads, f->made.machine);
 }
 
 /* Runs the stages before END at a state, with the efforts of the last run. Returns the last outputs. */
@@ -920,17 +842,9 @@ void kmp_reduced_program_begin_loads(kmp_reduced_program *f, const double *nu)
     f->first = nu;
 }
 
-const double *kmp_reduced_program_loads(const kmp_reduced_program *f)
-{
-    return f->loads.nu;
-}
-
 kmp_counts kmp_reduced_program_count(const kmp_reduced_program *f)
 {
     const kmp_program *p = f->made.program;
-    const int slopes = f->loads.nu ? KMP_REDUCED_PROGRAM_ACCELERATIONS : KMP_REDUCED_PROGRAM_RATES;
-    kmp_counts count = kmp_program_count(p, f->loads.nu ? KMP_REDUCED_PROGRAM_CLOSE : slopes, slopes);
-    for (int i = p->code[KMP_REDUCED_PROGRAM_RATES]; f->loads.nu && i < p->code[KMP_REDUCED_PROGRAM_RATES + 1]; i++)
-        kmp_counts_take(&count, &p->instruction[i], 1);
-    return count;
+    return f->loads.nu ? kmp_load_count(p, KMP_REDUCED_PROGRAM_ACCELERATIONS)
+                       : kmp_program_count(p, KMP_REDUCED_PROGRAM_RATES, KMP_REDUCED_PROGRAM_RATES);
 }

@@ -90,9 +90,8 @@ const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);
 
 /** Multipliers that forces depend on begin at these numbers (m), which must outlive the program, in place of the
- * evaluator's. The second function gives what the last run found (m); NULL: nothing. */
+ * evaluator's (NULL). The evaluator has what the last run found. */
 void kmp_reduced_program_begin_loads(kmp_reduced_program *program, const double *nu);
-const double *kmp_reduced_program_loads(const kmp_reduced_program *program);
 
 /** Operations of an evaluation by kmp_reduced_program_code, by the reduced mass. Multipliers that forces depend on take
  * two passes. */
@@ -125,7 +124,6 @@ enum {
  * and qdd of v that do not depend on ud and udd. On request only the second of these. */
 typedef struct kmp_reduced_program_layout {
     int multipliers, pivots, turns;
-    int loads; /* number of load rows in the partition */
 } kmp_reduced_program_layout;
 
 /** A program; the caller frees the first two. */

@@ -6,6 +6,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/programs/load_newton.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"
 #include "constraints/tolerances.h"
@@ -49,6 +51,7 @@ typedef struct maker {
     kmp_arena arena;
     elimination plan;
     kmp_program_writer w;
+    kmp_load_newton loads; /* the multipliers that C has */
     kmp_graph *g;
     int n, r, size;
     int *position;             /* m: of a row among the unknowns; -1: it is not independent */
@@ -94,16 +97,19 @@ static bool analyse(maker *k, bool by_bodies, elimination *p)
     return made && source >= 0;
 }
 
-/* Plans the cheaper way. False: no memory. */
+/* Plans the cheaper way; by articulated bodies there is none where forces depend on multipliers. False: no memory. */
 static bool choose(maker *k)
 {
     elimination other;
     bool bodies = k->eval->by_bodies;
     bool forced = bodies && (k->s->dynamics == KMP_DYNAMICS_ARTICULATED ||
                              kmp_eval_goes_by_links(k->eval)); /* M need not be made */
+    const bool loaded = k->s->load_row_count > 0;
     if (!analyse(k, forced, &k->plan))
         return false;
-    if (!bodies || forced)
+    if (forced && loaded)
+        k->plan.operations = INFINITY;
+    if (!bodies || forced || loaded)
         return true;
     if (!analyse(k, true, &other))
         return false;
@@ -165,8 +171,9 @@ static kmp_program *schedule(maker *k)
 {
     kmp_program_writer *w = &k->w;
     int closures = kmp_writer_closure_count(k->s), factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
+    int loaded = w->load ? kmp_load_newton_outputs(&k->loads, w) : 0;
     if (!kmp_writer_room(w, 4 * k->n + 6 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures +
-                                factors))
+                                factors + loaded))
         return NULL;
     kmp_writer_stage(w);
     kmp_writer_put(w, k->closes ? k->r : 0, k->first);
@@ -174,6 +181,8 @@ static kmp_program *schedule(maker *k)
     kmp_writer_stage(w);
     if (k->red && k->s->force)
         kmp_writer_put(w, k->r, k->rate);
+    if (w->load)
+        kmp_load_newton_put(&k->loads, w);
     kmp_writer_stage(w);
     for (int i = 0; k->red && i < k->part->p; i++)
         kmp_writer_put(w, 1, &k->qdd[k->part->u[i]]);
@@ -187,6 +196,8 @@ static kmp_program *schedule(maker *k)
     kmp_writer_put(w, k->size, k->pivot);
     kmp_writer_put(w, k->size, k->diagonal);
     kmp_writer_put(w, k->closes ? k->r : 0, k->left);
+    if (w->load && !kmp_load_newton_separate(w))
+        return NULL;
     kmp_writer_stage(w);
     kmp_writer_put(w, closures, w->closure);
     kmp_writer_put(w, k->n, k->open);
@@ -211,7 +222,8 @@ static kmp_program *schedule(maker *k)
 static bool begin_writing(maker *k)
 {
     int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0, rows = k->plan.by_bodies ? k->s->m : 0;
-    if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + rows + (k->red ? 2 * k->n : 0)))
+    if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies,
+                         efforts + rows + (k->red ? 2 * k->n : 0) + k->s->load_row_count))
         return false;
     k->g = k->w.g;
     for (int i = 0; i < efforts; i++)
@@ -226,6 +238,8 @@ static bool begin_writing(maker *k)
     if (k->closes && !kmp_writer_close(&k->w, k->jv, k->first))
         return false;
     KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
+    if (!kmp_load_newton_init(&k->loads, &k->w, k->part))
+        return false;
     return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx, &k->open) && kmp_writer_import(&k->w);
 }
 
@@ -266,6 +280,24 @@ static bool take_solution(maker *k)
     return true;
 }
 
+/* The multipliers that C has, by the rows of the inverse that belong to them: minus the solution there. False: no
+ * memory. */
+static bool make_loads(maker *k)
+{
+    for (int j = 0; k->w.load && j < k->loads.count; j++) {
+        kmp_ref constant = KMP_ZERO;
+        for (int i = 0; i < k->size; i++)
+            k->x[i] = i == k->n + k->loads.at[j] ? KMP_ONE : KMP_ZERO;
+        kmp_writer_ldl_solve(&k->plan.ldl, k->g, k->size, k->x);
+        for (int i = 0; i < k->r; i++)
+            kmp_writer_add_product(k->g, &constant, k->x[k->n + i], k->w.jdqd[k->part->rows[i]]);
+        kmp_load_newton_take(&k->loads, &k->w, k->part, j, k->x, constant);
+    }
+    if (k->w.load)
+        kmp_load_newton_solve(&k->loads, k->g);
+    return !kmp_graph_failed(k->g);
+}
+
 /* By M and C. False: no memory, or a pivot is zero. */
 static bool write_solution(maker *k)
 {
@@ -276,7 +308,7 @@ static bool write_solution(maker *k)
     for (int e = 0; e < jacobian->count; e++)
         if (k->position[jacobian->row[e]] >= 0)
             put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
-    if (!kmp_writer_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
+    if (!kmp_writer_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix) || !make_loads(k))
         return false;
     /* The right side, and the accelerations and multipliers. */
     for (int i = 0; i < k->n; i++)
@@ -337,7 +369,6 @@ const char *kmp_saddle_program_obstacle(const kempe_system *s, int unknowns)
 {
     const kmp_program *known = kmp_motion_known(s);
     return known && known->block_count > 0          ? "the model has equations that are solved by iteration"
-           : s->load_row_count > 0                  ? "the model has forces that depend on multipliers"
            : unknowns > KMP_SADDLE_PROGRAM_UNKNOWNS ? "the model has too many coordinates and constraint equations"
                                                     : NULL;
 }
@@ -368,8 +399,9 @@ bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_progra
     const kmp_partition *part = requested->part;
     unsigned options = (requested->red != NULL) + 2u * requested->closes;
     *written = (kmp_saddle_program_written){0};
+    const bool loaded = eval->system->load_row_count > 0;
     if (kmp_saddle_program_obstacle(eval->system, part->n + part->r) ||
-        (requested->red && !kmp_writer_blocks_fit(requested->red)))
+        (requested->red && (loaded || !kmp_writer_blocks_fit(requested->red))))
         return true;
     const kmp_program_cache_name name = kmp_writer_name("solved", eval, part, requested->order, options);
     kmp_saddle_program_layout layout;
@@ -420,11 +452,22 @@ struct kmp_saddle_program {
     kmp_arena arena;
     kmp_writer_machine made;
     kmp_saddle_program_layout layout;
-    double *effort;    /* n: user-defined forces; NULL: there are none */
-    const double *end; /* outputs of the last END */
+    double *effort;        /* n: user-defined forces; NULL: there are none */
+    kmp_load_passes loads; /* of multipliers that forces depend on; without room: there are none */
+    const double *first;   /* m: where these begin; NULL: at the evaluator's */
+    const double *end;     /* outputs of the last END */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
+
+/* Solves for the multipliers that forces depend on. False: they do not settle. */
+static bool settle_loads(kmp_saddle_program *program)
+{
+    if (!program->loads.nu)
+        return true;
+    kmp_load_begin(&program->loads, program->first ? program->first : program->eval->nu);
+    return kmp_load_settle_one(&program->loads, program->made.machine);
+}
 
 kempe_status kmp_saddle_program_new(kmp_saddle_program **out, kmp_evaluator *eval, const kmp_partition *part)
 {
@@ -439,7 +482,8 @@ kempe_status kmp_saddle_program_new(kmp_saddle_program **out, kmp_evaluator *eva
     if (still && s->force)
         program->effort = KMP_ARENA_NEW(&program->arena, double, s->n);
     const kmp_saddle_program_plan plan = {.part = part};
-    bool made = still && !program->arena.failed && kmp_saddle_program_write(eval, &plan, &written);
+    bool made = still && (!eval->nu || kmp_load_passes_init(&program->loads, &program->arena, s, part, 1)) &&
+                !program->arena.failed && kmp_saddle_program_write(eval, &plan, &written);
     kmp_free(written.row); /* no elimination of v */
     if (!made || (written.program && !kmp_writer_machine_init(&program->made, eval, written.program))) {
         kmp_saddle_program_free(program);
@@ -450,6 +494,7 @@ kempe_status kmp_saddle_program_new(kmp_saddle_program **out, kmp_evaluator *eva
         /* Pivots do not depend on rates and efforts, which may be zero here. */
         kmp_machine_set(program->made.machine, KMP_IN_QD, still);
         kmp_writer_machine_place(&program->made, eval->t, eval->q);
+        (void)settle_loads(program);
         good = kmp_saddle_program_is_good(&program->layout,
                                           kmp_machine_run(program->made.machine, KMP_SADDLE_PROGRAM_RUN), 1);
     }
@@ -476,7 +521,9 @@ const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_p
 
 kmp_counts kmp_saddle_program_count(const kmp_saddle_program *program)
 {
-    return kmp_program_count(program->made.program, KMP_SADDLE_PROGRAM_RATES, KMP_SADDLE_PROGRAM_RUN);
+    const kmp_program *p = program->made.program;
+    return program->loads.nu ? kmp_load_count(p, KMP_SADDLE_PROGRAM_RUN)
+                             : kmp_program_count(p, KMP_SADDLE_PROGRAM_RATES, KMP_SADDLE_PROGRAM_RUN);
 }
 
 long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes)
@@ -518,8 +565,11 @@ const double *kmp_saddle_program_run(kmp_saddle_program *program, double t, cons
         kmp_system_effort(program->eval->system, t, q, qd, program->effort);
         kmp_machine_set(program->made.machine, KMP_IN_EFFORT, program->effort);
     }
+    const bool settled = settle_loads(program);
+    if (program->loads.nu && settled) /* from which the next state begins */
+        memcpy(program->eval->nu, program->loads.nu, (size_t)program->loads.m * sizeof(double));
     const double *out = kmp_machine_run(program->made.machine, KMP_SADDLE_PROGRAM_RUN);
-    *good = kmp_saddle_program_is_good(&program->layout, out, 1);
+    *good = settled && kmp_saddle_program_is_good(&program->layout, out, 1);
     return out;
 }
 
@@ -588,6 +638,11 @@ kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double
                         .correct = correct};
 }
 
+void kmp_saddle_program_begin_loads(kmp_saddle_program *program, const double *nu)
+{
+    program->first = nu;
+}
+
 const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *program)
 {
     return program->made.program;
@@ -597,7 +652,7 @@ kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, 
                                              kmp_program **nearby)
 {
     *nearby = NULL;
-    if (program->effort || program->layout.factors == 0)
+    if (program->effort || program->loads.nu || program->layout.factors == 0)
         return KEMPE_OK;
     double run = (double)kmp_saddle_program_count(program).paper;
     return kmp_saddle_program_write_near(program->eval, part, run, nearby)

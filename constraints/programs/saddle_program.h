@@ -22,7 +22,10 @@
  *
  * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. ROW, in the place of
  * CORRECT, has qdd of v and the multipliers, by independent rows in the order of the partition. RATES gives qd of v
- * to a user-defined force that needs it before; otherwise RATES is empty and need not be run. */
+ * to a user-defined force that needs it before; otherwise RATES is empty and need not be run.
+ *
+ * If forces depend on multipliers, CLOSE has all values that these do not change, and RATES the outputs of a pass
+ * (load_passes.h). */
 enum {
     KMP_SADDLE_PROGRAM_CLOSE = 1,
     KMP_SADDLE_PROGRAM_RATES,
@@ -53,8 +56,8 @@ typedef struct kmp_saddle_program_layout {
 
 typedef struct kmp_saddle_program kmp_saddle_program;
 
-/** Makes the program for the partition's independent rows. *program is NULL if there is none: implicit blocks, forces
- * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
+/** Makes the program for the partition's independent rows. *program is NULL if there is none: implicit blocks, too many
+ * operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_saddle_program_new(kmp_saddle_program **program, kmp_evaluator *eval, const kmp_partition *part);
 void kmp_saddle_program_free(kmp_saddle_program *program);
 
@@ -74,9 +77,14 @@ bool kmp_saddle_program_applies(kmp_saddle_program *program);
 bool kmp_saddle_program_is_stale(kmp_saddle_program *program);
 
 /** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
- * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
+ * next run, which may be NaN. *good: pivots are positive and have not lost many digits, and multipliers that forces
+ * depend on have settled; the evaluator has these then. No allocation. */
 const double *kmp_saddle_program_run(kmp_saddle_program *program, double t, const double *q, const double *qd,
                                      bool *good);
+
+/** Multipliers that forces depend on begin at these numbers (m), which must outlive the program, in place of the
+ * evaluator's (NULL). */
+void kmp_saddle_program_begin_loads(kmp_saddle_program *program, const double *nu);
 
 /** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
 bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const double *out, int stride);
@@ -132,7 +140,7 @@ enum { KMP_SADDLE_PROGRAM_UNKNOWNS = 400, KMP_SADDLE_PROGRAM_OPERATIONS = 100000
 /* Unknowns of the program: q and qd, or a state (u, ud, v) of a reduction with its order of elimination. */
 typedef struct kmp_saddle_program_plan {
     const kmp_partition *part;
-    const kmp_reduction *red; /* NULL: q and qd */
+    const kmp_reduction *red; /* NULL: q and qd. A state has no program where forces depend on multipliers */
     const int *order;         /* kmp_writer_order */
     bool closes;              /* with KMP_SADDLE_PROGRAM_CLOSE */
 } kmp_saddle_program_plan;
@@ -143,8 +151,8 @@ typedef struct kmp_saddle_program_written {
     kmp_eliminated *row; /* of each multiplier of the elimination; the caller's */
 } kmp_saddle_program_written;
 
-/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, forces that depend on
- * multipliers, too many coordinates and independent rows. NULL: there is none. */
+/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, too many coordinates and
+ * independent rows. NULL: there is none. */
 const char *kmp_saddle_program_obstacle(const kempe_system *system, int unknowns);
 
 /** Operations of a run, before it is written; infinite if there is none, -1: no memory. */

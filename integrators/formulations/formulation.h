@@ -119,6 +119,9 @@ struct kmp_formulation {
     int curves;
     double *atol;    /* of each unknown */
     double rtol;     /* 0: the tolerance of the run */
+    double *nu;      /* multipliers that forces depend on, at the last evaluation of an integrator: rows that are read
+                      * between steps do not change the next ones. NULL: there are none */
+    bool has_nu;     /* since the start */
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
     kmp_rows_by rows_by; /* of the last step */
@@ -144,6 +147,11 @@ int kmp_formulation_row(kmp_formulation *formulation, double t, const double *y,
 
 /** Allocates `size` unknowns, and their slopes if wanted; failures are recorded in the arena. */
 void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool slopes);
+
+/** Multipliers that forces depend on, from which evaluations of an integrator begin (NULL: there are none). The second
+ * function takes the evaluator's multipliers as the last ones. */
+const double *kmp_formulation_first_loads(kmp_formulation *formulation, const kmp_evaluator *eval);
+void kmp_formulation_take_loads(kmp_formulation *formulation, const kmp_evaluator *eval);
 
 /** For formulations whose unknowns begin with q and qd: the state of a start and the tolerances; q. */
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start);

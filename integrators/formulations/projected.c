@@ -10,6 +10,7 @@
 #include "integrators/formulations/projected.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/stage_lanes.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/cost_model.h"
@@ -40,7 +41,8 @@ typedef struct projected {
     kmp_partition part; /* a copy: the run chooses rows again before it leaves these */
     kmp_saddle saddle;
     kmp_saddle_program *saddle_program; /* NULL: there is none */
-    kmp_stage_lanes stages;             /* the saddle program for several stages at once */
+    kmp_stage_lanes stages;             /* the saddle program for several stages at once, */
+    kmp_load_passes loads;              /* and its multipliers that forces depend on; without room: there are none */
     kmp_program *nearby;                /* kmp_saddle_program_write_nearby; NULL: there is none */
     kmp_stage_lanes near;               /* that program for several stages at once */
     const double *of_run;  /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
@@ -114,11 +116,17 @@ static int rhs(void *self, double t, const double *y, double *dy)
 {
     projected *d = self;
     size_t n = (size_t)d->n;
+    if (d->saddle_program)
+        kmp_saddle_program_begin_loads(d->saddle_program, kmp_formulation_first_loads(&d->formulation, d->eval));
     const double *out = run_program(d, t, y, y + n);
     if (!out) {
         d->evaluations++;
-        return factor_at(d, t, y, y + n) == KMP_GO ? put_derivative(d, y, dy) : KMP_RETRY;
+        int said = factor_at(d, t, y, y + n) == KMP_GO ? put_derivative(d, y, dy) : KMP_RETRY;
+        if (said == KMP_GO)
+            kmp_formulation_take_loads(&d->formulation, d->eval);
+        return said;
     }
+    kmp_formulation_take_loads(&d->formulation, d->eval);
     const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
     memcpy(dy, y + n, n * sizeof *dy);
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
@@ -127,21 +135,36 @@ static int rhs(void *self, double t, const double *y, double *dy)
     return kmp_all_finite(d->n, dy + n) ? KMP_GO : KMP_RETRY;
 }
 
+/* The outputs of several stages. NULL: multipliers that forces depend on do not settle in all of them. */
+static const double *run_stages(projected *d, const double *t, const double *y)
+{
+    kmp_stage_lanes_place(&d->stages, t, y, y + (size_t)d->n * KMP_STAGE_LANES);
+    d->runs++;
+    d->batches++;
+    d->sweeps++;
+    if (d->loads.nu) {
+        kmp_load_begin(&d->loads, kmp_formulation_first_loads(&d->formulation, d->eval));
+        if (!kmp_load_settle_lanes(&d->loads, d->stages.lanes))
+            return NULL;
+    }
+    return kmp_lanes_run(d->stages.lanes, KMP_SADDLE_PROGRAM_RUN);
+}
+
 /* Callback of an integrator that evaluates several stages at once. */
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
 {
     projected *d = self;
-    kmp_stage_lanes *stages = &d->stages;
-    if (!stages->lanes || !applies(d))
+    if (!d->stages.lanes || !applies(d))
         return KMP_APART;
     const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
-    const double *out = kmp_stage_lanes_run(stages, KMP_SADDLE_PROGRAM_RUN, t, y, y + n * w);
-    d->runs++;
-    d->batches++;
-    d->sweeps++;
+    const double *out = run_stages(d, t, y);
     d->of_run = NULL;
     d->is_near = false;
+    if (!out) {
+        d->apart++;
+        return KMP_APART;
+    }
     memcpy(dy + n * w, out + (size_t)layout->qdd * w, n * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
@@ -405,10 +428,13 @@ static int make_program(projected *d, double t, const double *q)
     const kmp_program *program =
         d->lanes && d->saddle_program && !d->s->force ? kmp_saddle_program_code(d->saddle_program) : NULL;
     if (d->saddle_program)
-        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_saddle_program_count(d->saddle_program));
+        d->formulation.ode.cycles =
+            kmp_cycles_of_one(kmp_saddle_program_count(d->saddle_program)) + (d->eval->nu ? kmp_cycles_of_passes() : 0);
     if (program)
-        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(
-            kmp_saddle_program_count(d->saddle_program), kmp_saddle_program_layout_of(d->saddle_program)->by_bodies);
+        d->formulation.ode.cycles_of_lanes =
+            kmp_cycles_of_lanes(kmp_saddle_program_count(d->saddle_program),
+                                kmp_saddle_program_layout_of(d->saddle_program)->by_bodies) +
+            (d->eval->nu ? kmp_cycles_of_passes_in_lanes() : 0);
     return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 
@@ -440,6 +466,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
         d->refused_h = d->noise = 0;
     }
     d->t = t;
+    formulation->has_nu = false;
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
@@ -493,6 +520,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         d->formulation.ode.quadratures = d->has_work;
     }
     bool made = !d->formulation.arena.failed && kmp_partition_copy(&d->part, start->part) &&
+                (!start->lanes || !d->eval->nu ||
+                 kmp_load_passes_init(&d->loads, &d->formulation.arena, d->s, &d->part, KMP_STAGE_LANES)) &&
                 kmp_saddle_init(&d->saddle, d->eval, &d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
     const kmp_program *program = kmp_eval_program(d->eval, d->eval->by_bodies);

@@ -497,21 +497,12 @@ static inline bool applies(const kmp_reduced *d)
            kmp_reduced_program_applies(d->programs.scalar);
 }
 
-/* Multipliers of forces from which a program begins. */
-static const double *first_loads(kmp_reduced *d)
-{
-    if (!d->has_nu)
-        memcpy(d->nu, d->eval->nu, (size_t)d->part.m * sizeof *d->nu);
-    d->has_nu = true;
-    return d->nu;
-}
-
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
     bool runs = applies(d), made = false;
-    if (runs && d->eval->nu)
-        kmp_reduced_program_begin_loads(d->programs.scalar, first_loads(d));
+    if (runs)
+        kmp_reduced_program_begin_loads(d->programs.scalar, kmp_formulation_first_loads(&d->formulation, d->eval));
     if (runs)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
@@ -532,9 +523,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     for (int k = 0; k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    if (d->eval->nu)
-        memcpy(d->nu, made ? kmp_reduced_program_loads(d->programs.scalar) : d->eval->nu,
-               (size_t)d->part.m * sizeof *d->nu);
+    kmp_formulation_take_loads(&d->formulation, d->eval);
     if (d->has_work)
         dy[reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
                                    : kmp_eval_power_here(d->eval, d->qd) + reduced_drive_power(d);
@@ -548,12 +537,8 @@ static const double *run_stages(kmp_reduced *d, const double *t, const double *y
     kmp_load_passes *x = &d->programs.loads;
     kmp_stage_lanes_place(&d->programs.stages, t, y, NULL);
     if (x->nu) {
-        kmp_load_begin(x, first_loads(d));
-        (void)kmp_lanes_run(lanes, KMP_REDUCED_PROGRAM_CLOSE);
-        do
-            kmp_lanes_set(lanes, KMP_IN_LAMBDA, x->nu);
-        while (kmp_load_pass(x, kmp_lanes_run(lanes, KMP_REDUCED_PROGRAM_RATES)));
-        if (!kmp_load_all_settled(x))
+        kmp_load_begin(x, kmp_formulation_first_loads(&d->formulation, d->eval));
+        if (!kmp_load_settle_lanes(x, lanes))
             return NULL;
     }
     return kmp_lanes_run(lanes, kmp_reduced_program_layout_of(d->programs.scalar)->stage);
@@ -838,7 +823,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     const bool elsewhere = formulation->rested;
-    d->has_nu = false;
+    formulation->has_nu = false;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
@@ -1064,7 +1049,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         kmp_partition_copy(&d->part, part) &&
         KMP_ARENA_MAKE(
             &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
-            KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda, &d->nu),
+            KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
             KMP_ROOM(double, d->p, &d->udd, &d->anchor.u, &d->anchor.w), KMP_ROOM(double, d->r * d->p, &d->anchor.b),
             KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
             KMP_ROOM(double, d->r, &d->anchor.v, &d->anchor.t, &d->anchor.c, &d->v, &d->by_scale, &d->by_weight));

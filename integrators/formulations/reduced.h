@@ -74,9 +74,6 @@ typedef struct kmp_reduced {
     double *udd;                  /* p */
     double *state, *slope;        /* 2 p + r each: (u, ud, v) and its derivative, of the newton form */
     double *qdd, *lambda;         /* n, m: for moving closures */
-    double *nu;     /* m: of forces that depend on them, at the last evaluation of an integrator: rows that are
-                       read between steps do not change the next ones */
-    bool has_nu;    /* since the start */
     int *signs;     /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
     int *signs_now; /* r */
     double t;       /* of the last accepted step */

@@ -98,11 +98,17 @@ static double operations_of(kmp_reduced *d)
     return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
 }
 
+/* True if a program by the saddle system is possible. */
+static bool solves(const kmp_reduced *d)
+{
+    return d->has_v && d->s->load_row_count == 0;
+}
+
 /* With many degrees of freedom the saddle system written out costs less than the reduced mass, from some number of
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait = d->has_v ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
+    long wait = solves(d) ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->use.due_saddle_program =
             wait < LONG_MAX - d->use.evaluations ? d->use.evaluations + (at_once ? 0 : wait) : LONG_MAX;
@@ -156,7 +162,7 @@ int kmp_reduced_count(kmp_reduced *d)
 {
     kmp_ode *ode = &d->formulation.ode;
     bool lanes = d->integrated && !d->s->force, scalar = d->programs.scalar && !kmp_reduced_has_saddle_program(d);
-    double operations = lanes && !scalar ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
+    double operations = lanes && !scalar && solves(d) ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
     ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
     ode->drops_rows = d->part.r < d->part.m;
     if (lanes && scalar) {

@@ -48,7 +48,7 @@ def unmasked(values: Any) -> Any:
     """Values as an array; the masked ones of a masked array are unknown, NaN."""
     if not isinstance(values, np.ma.MaskedArray):
         return np.asarray(values)
-    return values.astype(np.float64).filled(np.nan) if np.ma.is_masked(values) else values.data
+    return np.ma.filled(values.astype(np.float64), np.nan) if np.ma.is_masked(values) else values.data
 
 
 def numbers(values: Any, name: str) -> Array:

@@ -222,7 +222,7 @@ class Model(Fixed):
             for k in range(lib.kempe_model_input_count(pointer))
         }
         self._system: System | None = None
-        self._started: tuple[list[bytes | None], Model] | None = None  # the last other start
+        self._started: tuple[list[bytes | str | None], Model] | None = None  # the last other start
         self._begun = True
 
     def _instead(self, name: str) -> str:

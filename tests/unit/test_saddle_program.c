@@ -3,6 +3,7 @@
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/programs/load_passes.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program.h"
 #include "random.h"
@@ -15,30 +16,36 @@ enum { STATES = 4 };
 typedef struct example {
     const char *name;
     bool by_bodies, forced; /* by articulated bodies; with a user-defined force */
+    bool loaded;            /* in tests/models: with forces that depend on multipliers */
 } example;
 
-/* Trees and loops, redundant rows, drives, damping, charts, efforts. */
-static const example examples[] = {{"andrews/andrews", false, false},
-                                   {"four_bar/four_bar", false, false},
-                                   {"n_four_bar/n_four_bar_40", false, false},
-                                   {"bricard/bricard", false, false},
-                                   {"stewart/stewart", false, false},
-                                   {"governor/governor", false, false},
-                                   {"double_wishbone/double_wishbone", false, false},
-                                   {"bennett/bennett", false, false},
-                                   {"peaucellier/peaucellier", false, false},
-                                   {"parallel_robot/parallel_robot_spatial", false, false},
-                                   {"n_four_bar_spatial/n_four_bar_spatial", false, false},
-                                   {"slider_crank_spatial/slider_crank_spatial", false, false},
-                                   {"driven_slider_crank/driven_slider_crank", false, false},
-                                   {"suspension/suspension", false, false},
-                                   {"suspension/suspension", true, false},
-                                   {"limousine/limousine", false, false},
-                                   {"limousine/limousine", true, false},
-                                   {"governor/governor", true, false},
-                                   {"stewart/stewart", true, false},
-                                   {"four_bar/four_bar", false, true},
-                                   {"governor/governor", true, true}};
+/* Trees and loops, redundant rows, drives, damping, charts, efforts, friction by loads. */
+static const example examples[] = {{"andrews/andrews", false, false, false},
+                                   {"four_bar/four_bar", false, false, false},
+                                   {"n_four_bar/n_four_bar_40", false, false, false},
+                                   {"bricard/bricard", false, false, false},
+                                   {"stewart/stewart", false, false, false},
+                                   {"governor/governor", false, false, false},
+                                   {"double_wishbone/double_wishbone", false, false, false},
+                                   {"bennett/bennett", false, false, false},
+                                   {"peaucellier/peaucellier", false, false, false},
+                                   {"parallel_robot/parallel_robot_spatial", false, false, false},
+                                   {"n_four_bar_spatial/n_four_bar_spatial", false, false, false},
+                                   {"slider_crank_spatial/slider_crank_spatial", false, false, false},
+                                   {"driven_slider_crank/driven_slider_crank", false, false, false},
+                                   {"suspension/suspension", false, false, false},
+                                   {"suspension/suspension", true, false, false},
+                                   {"limousine/limousine", false, false, false},
+                                   {"limousine/limousine", true, false, false},
+                                   {"governor/governor", true, false, false},
+                                   {"stewart/stewart", true, false, false},
+                                   {"four_bar/four_bar", false, true, false},
+                                   {"governor/governor", true, true, false},
+                                   {"friction_five_bar", false, false, true},
+                                   {"friction_five_bar", false, true, true},
+                                   {"guide_friction_carrier", false, false, true},
+                                   {"rubbing_pin", false, false, true},
+                                   {"guide_friction", false, false, true}};
 
 /* A force that depends on all of t, q and qd. */
 static int push(void *user, double t, const double *q, const double *qd, double *effort)
@@ -56,7 +63,7 @@ typedef struct bench {
     kmp_saddle saddle;
     kmp_saddle_program *solved;
     kmp_reduction red;
-    kmp_reduced_program *reduced; /* of a state (u, ud, v) */
+    kmp_reduced_program *reduced; /* of a state (u, ud, v); NULL: forces depend on multipliers */
     const kmp_saddle_program_layout *layout;
     double *violation, *lambda;  /* m */
     double *qdd, *dx, *expected; /* n */
@@ -78,8 +85,9 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     CHECK(kmp_saddle_program_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
     kmp_eval_closure(b->eval, at->t[0], at->q);
     CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
-    CHECK(kmp_reduced_program_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
-    if (!b->solved || !b->reduced)
+    CHECK(kmp_reduced_program_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK);
+    CHECK(!b->reduced == (s->load_row_count > 0));
+    if (!b->solved)
         return false;
     b->layout = kmp_saddle_program_layout_of(b->solved);
     CHECK(b->layout->by_bodies == by_bodies);
@@ -222,8 +230,11 @@ static double difference(bench *b, double t, const double *q, const double *qd)
     kmp_eval_bias(b->by_mass, qd);
     CHECK(kmp_saddle_factor(&b->saddle) == 0);
     kmp_saddle_accelerations(&b->saddle, b->qdd, b->lambda);
+    for (int k = 0; b->eval->nu && k < s->m; k++) /* near the solution, as in a motion */
+        b->eval->nu[k] = 1.1 * b->by_mass->nu[k];
     const double *out = kmp_saddle_program_run(b->solved, t, q, qd, &good);
     CHECK(good);
+    CHECK(!b->eval->nu || check_apart(s->m, b->eval->nu, b->by_mass->nu) < 1e-11);
     double worst = apart_of_accelerations(b, out + l->qdd, qd), most = 0, off = 0, size = 0;
     for (int k = 0; k < l->r; k++) {
         most = check_max(most, fabs(b->lambda[b->part.rows[k]]));
@@ -235,7 +246,7 @@ static double difference(bench *b, double t, const double *q, const double *qd)
         double power = power_at(b, t, q, qd, &size);
         worst = check_max(worst, fabs(out[l->power] - power) / size);
     }
-    double state = difference_of_state(b, t, q, qd, l->power >= 0 ? out[l->power] : 0, size);
+    double state = b->reduced ? difference_of_state(b, t, q, qd, l->power >= 0 ? out[l->power] : 0, size) : 0;
     CHECK(state < 1e-8); /* rates of the motion meet the closures to that */
     worst = check_max(worst, difference_at_end(b, t, q));
     worst = check_max(worst, difference_of_open(b, b->eval->h + l->open - l->h));
@@ -252,6 +263,19 @@ static int bits_apart(int count, int width, int lane, const double *of_lanes, co
     return bad;
 }
 
+/* Solves for multipliers that forces depend on, where there are such forces, from `first` (m). */
+static void settle_lanes(const bench *b, kmp_lanes *lanes, int width, const double *first)
+{
+    kmp_arena arena = {0};
+    kmp_load_passes passes;
+    if (b->eval->system->load_row_count == 0)
+        return;
+    CHECK(kmp_load_passes_init(&passes, &arena, b->eval->system, &b->part, (size_t)width));
+    kmp_load_begin(&passes, first);
+    CHECK(kmp_load_settle_lanes(&passes, lanes));
+    kmp_arena_free(&arena);
+}
+
 /* Each lane at a state beside the given one. */
 static void compare_lanes(bench *b, int width, double t, const double *q, const double *qd)
 {
@@ -260,6 +284,9 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
     int end = m + s->jacobian.count + (s->rheonomic ? m : 0);
     double times[KMP_LANES_MOST];
     double *x = KMP_NEW(double, KMP_LANES_MOST *(2 * n + m)), *xd = x + width * n, *mu = xd + width * n;
+    double *first = KMP_NEW(double, m);
+    for (int k = 0; b->eval->nu && k < m; k++)
+        first[k] = b->eval->nu[k];
     kmp_lanes *lanes = solved_lanes(b->solved, b->eval, width);
     CHECK(lanes != NULL);
     for (int l = 0; l < width; l++) {
@@ -279,11 +306,13 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
             kmp_lanes_set_one(lanes, KMP_IN_EFFORT, l, b->dx);
         }
     }
+    settle_lanes(b, lanes, width, first);
     const double *of_run = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_RUN),
                  *of_end = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_END);
     const double *of_correct = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_CORRECT);
     for (int l = 0; l < width; l++) {
         bool good;
+        kmp_saddle_program_begin_loads(b->solved, first);
         bad += bits_apart(run, width, l, of_run,
                           kmp_saddle_program_run(b->solved, times[l], x + l * n, xd + l * n, &good));
         CHECK(good == kmp_saddle_program_is_good(b->layout, of_run + l, width));
@@ -293,7 +322,9 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
         bad += bits_apart(n, width, l, of_correct, b->dx);
     }
     CHECK(bad == 0);
+    kmp_saddle_program_begin_loads(b->solved, NULL);
     kmp_lanes_free(lanes);
+    kmp_free(first);
     kmp_free(x);
 }
 
@@ -374,7 +405,10 @@ static void along_the_motion(const kempe_system *s, const states *at, const exam
         compare_lanes(&b, 4, at->t[1], at->q + at->n, at->qd + at->n);
         compare_lanes(&b, 8, at->t[1], at->q + at->n, at->qd + at->n);
         CHECK((b.layout->factors > 0) == !of->by_bodies);
-        if (!of->by_bodies && !of->forced)
+        if (of->loaded) {
+            kmp_program *nearby;
+            CHECK(kmp_saddle_program_write_nearby(b.solved, &b.part, &nearby) == KEMPE_OK && !nearby);
+        } else if (!of->by_bodies && !of->forced)
             improve_nearby(&b, at->t[1], at->q + at->n, at->qd + at->n);
     }
     finish(&b);
@@ -384,7 +418,8 @@ static void the_examples(void)
 {
     for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
         char path[512];
-        (void)snprintf(path, sizeof path, "examples/%s.yaml", examples[k].name);
+        (void)snprintf(path, sizeof path, "%s/%s.yaml", examples[k].loaded ? "tests/models" : "examples",
+                       examples[k].name);
         loaded l = load(path);
         states at;
         if (examples[k].by_bodies) {

@@ -166,12 +166,13 @@ static bool run_channels(void *user, double t, double *values)
 
 /* -- lanes ------------------------------------------------------------------------------------------- */
 
-/* The program does not depend on the instance whose numbers the evaluator has. */
+/* The program does not depend on the instance whose numbers the evaluator has. There is none where forces depend on
+ * multipliers. */
 bool kmp_lane_group_complete(kmp_engine *e, kmp_lane_group *pool)
 {
     const kmp_saddle_program_plan plan = {.part = &pool->part};
     kmp_saddle_program_written written;
-    if (!e->measuring || !e->measuring->q->inside || !e->measuring->q->late)
+    if (!e->measuring || !e->measuring->q->inside || !e->measuring->q->late || e->s->load_row_count > 0)
         return true;
     if (!kmp_saddle_program_write(e->eval, &plan, &written))
         return false;

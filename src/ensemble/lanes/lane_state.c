@@ -282,10 +282,7 @@ static void settle_loads(kmp_engine *e, kmp_lane_group *pool)
     kmp_load_begin(x, NULL);
     for (size_t l = 0; l < room->w; l++)
         x->settled[l] = room->who[l] < 0;
-    (void)kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_CLOSE);
-    do
-        kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
-    while (kmp_load_pass(x, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES)));
+    (void)kmp_load_settle_lanes(x, pool->lanes);
     for (size_t l = 0; l < room->w; l++)
         room->bad[l] += !x->settled[l];
 }
