@@ -692,7 +692,7 @@ bool kmp_reduced_program_finish(kmp_reduced_program *f, double t, const double *
         dy[c] = y[p + c];
         positive = positive && (f->by_saddle || out[(size_t)l->pivot + c] > 0);
     }
-    return f->by_saddle ? kmp_saddle_program_is_good(l, out, 1) : positive && settled;
+    return settled && (f->by_saddle ? kmp_saddle_program_is_good(l, out, 1) : positive);
 }
 
 double kmp_reduced_program_power(const kmp_reduced_program *f)

@@ -399,9 +399,9 @@ bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_progra
     const kmp_partition *part = requested->part;
     unsigned options = (requested->red != NULL) + 2u * requested->closes;
     *written = (kmp_saddle_program_written){0};
-    const bool loaded = eval->system->load_row_count > 0;
+    const bool loaded = eval->system->load_row_count > 0, waits = requested->closes || eval->system->force;
     if (kmp_saddle_program_obstacle(eval->system, part->n + part->r) ||
-        (requested->red && (loaded || !kmp_writer_blocks_fit(requested->red))))
+        (requested->red && ((loaded && waits) || !kmp_writer_blocks_fit(requested->red))))
         return true;
     const kmp_program_cache_name name = kmp_writer_name("solved", eval, part, requested->order, options);
     kmp_saddle_program_layout layout;

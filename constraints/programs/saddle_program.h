@@ -140,9 +140,10 @@ enum { KMP_SADDLE_PROGRAM_UNKNOWNS = 400, KMP_SADDLE_PROGRAM_OPERATIONS = 100000
 /* Unknowns of the program: q and qd, or a state (u, ud, v) of a reduction with its order of elimination. */
 typedef struct kmp_saddle_program_plan {
     const kmp_partition *part;
-    const kmp_reduction *red; /* NULL: q and qd. A state has no program where forces depend on multipliers */
+    const kmp_reduction *red; /* NULL: q and qd */
     const int *order;         /* kmp_writer_order */
-    bool closes;              /* with KMP_SADDLE_PROGRAM_CLOSE */
+    bool closes;              /* with KMP_SADDLE_PROGRAM_CLOSE. The program of a state does not, and takes no
+                               * user-defined forces, where forces depend on multipliers: these need the same stages */
 } kmp_saddle_program_plan;
 
 typedef struct kmp_saddle_program_written {

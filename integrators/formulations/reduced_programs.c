@@ -98,10 +98,13 @@ static double operations_of(kmp_reduced *d)
     return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
 }
 
-/* True if a program by the saddle system is possible. */
+/* True if a program by the saddle system is possible, and worth while. A motion with forces that depend on
+ * multipliers, as of feet that stick and slip, often has phases too brief to pay it: there the program by the reduced
+ * mass is made late. */
 static bool solves(const kmp_reduced *d)
 {
-    return d->has_v && d->s->load_row_count == 0;
+    const bool loaded = d->s->load_row_count > 0;
+    return d->has_v && (!loaded || (d->integrated && d->p > KMP_REDUCED_PROGRAM_FREEDOMS));
 }
 
 /* With many degrees of freedom the saddle system written out costs less than the reduced mass, from some number of

@@ -179,6 +179,54 @@ static void rough_incline(void)
     unload(&l);
 }
 
+/* A chain of eleven links hangs from the ground and pushes a slider that rubs by its load: with more than eight degrees
+ * of freedom the saddle system is written out, also in lanes; by the newton form all is evaluated by parts. */
+static void many_freedoms(void)
+{
+    enum { LINKS = 11, ROOM = 4096 };
+    static const way ways[] = {
+        {"reduced", "newton", "dop853"}, {"reduced", "integrated", "dop853"}, {"reduced", "integrated", "radau"}};
+    char text[ROOM];
+    double angle = 1.2, turn = -2 * angle / (LINKS - 1), reach = 0;
+    int used = snprintf(text, ROOM, "kempe: 1\ngravity: [0, -9.81, 0]\nbodies:\n");
+    for (int i = 0; i < LINKS; i++) {
+        char at[16] = "ground";
+        if (i > 0)
+            (void)snprintf(at, sizeof at, "b%d.E", i - 1);
+        used += snprintf(text + used, (size_t)(ROOM - used),
+                         "  b%d: {joint: {name: A%d, revolute: z, at: %s}, mass: 1, com: [0.05, 0, 0], inertia: {zz: "
+                         "0.001}, points: {E: [0.1, 0, 0]}}\n",
+                         i, i, at);
+        reach += 0.1 * cos(angle + i * turn);
+    }
+    used += snprintf(text + used, (size_t)(ROOM - used),
+                     "  s: {joint: {name: x, prismatic: x, at: ground}, mass: 0.8, points: {P: [0, 0, 0]}}\n"
+                     "loops: {C: {ball: [b%d.E, s.P]}}\nforces: {rub: {joint: x, force: "
+                     "\"-0.3*sqrt(lambda(C.2)^2 + 1)*tanh(qd(x)/0.5)\"}}\nrun: {t_end: 0.2, output_step: 0.05}\n"
+                     "start: {q: {x: %.17g, A0: %.17g",
+                     LINKS - 1, reach, angle);
+    for (int i = 1; i < LINKS; i++)
+        used += snprintf(text + used, (size_t)(ROOM - used), ", A%d: %.17g", i, turn);
+    CHECK(snprintf(text + used, (size_t)(ROOM - used), "}}\n") + used < ROOM);
+    loaded l = load_text(text);
+    kempe_trajectory *by_parts = NULL;
+    for (size_t k = 0; l.system && k < sizeof ways / sizeof *ways; k++) {
+        kempe_trajectory *run = simulate(l.system, &ways[k], 1e-10);
+        int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
+        CHECK(last == 4);
+        for (int row = 0; row <= last && run && by_parts; row++) {
+            CHECK(check_apart(LINKS + 1, kempe_trajectory_q(run, row), kempe_trajectory_q(by_parts, row)) < 1e-8);
+            CHECK(check_apart(2, kempe_trajectory_lambda(run, row), kempe_trajectory_lambda(by_parts, row)) < 1e-6);
+        }
+        if (k > 0)
+            kempe_trajectory_free(run);
+        else
+            by_parts = run;
+    }
+    kempe_trajectory_free(by_parts);
+    unload(&l);
+}
+
 /* -- a slider-crank whose guide rubs, integrated here ------------------------------------------------- */
 
 enum { STEPS = 40000 };
@@ -468,6 +516,7 @@ int main(void)
     TEST(no_solution);
     TEST(articulated);
     TEST(rough_incline);
+    TEST(many_freedoms);
     TEST(prescribed);
     TEST(same_root);
     TEST(not_linear);

@@ -63,7 +63,7 @@ typedef struct bench {
     kmp_saddle saddle;
     kmp_saddle_program *solved;
     kmp_reduction red;
-    kmp_reduced_program *reduced; /* of a state (u, ud, v); NULL: forces depend on multipliers */
+    kmp_reduced_program *reduced; /* of a state (u, ud, v); NULL: user-defined forces and multipliers of forces */
     const kmp_saddle_program_layout *layout;
     double *violation, *lambda;  /* m */
     double *qdd, *dx, *expected; /* n */
@@ -86,7 +86,7 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     kmp_eval_closure(b->eval, at->t[0], at->q);
     CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
     CHECK(kmp_reduced_program_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK);
-    CHECK(!b->reduced == (s->load_row_count > 0));
+    CHECK(!b->reduced == (s->load_row_count > 0 && s->force));
     if (!b->solved)
         return false;
     b->layout = kmp_saddle_program_layout_of(b->solved);
