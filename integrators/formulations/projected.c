@@ -523,7 +523,9 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
                 (!start->lanes || !d->eval->nu ||
                  kmp_load_passes_init(&d->loads, &d->formulation.arena, d->s, &d->part, KMP_STAGE_LANES)) &&
                 kmp_saddle_init(&d->saddle, d->eval, &d->part);
-    bool solves = made && kind != &kmp_formulation_near_singular;
+    /* By parts, accelerations are zero without rounding where friction by loads holds all coordinates. */
+    const bool held = d->eval->nu && start->part->p == 0;
+    bool solves = made && !held && kind != &kmp_formulation_near_singular;
     const kmp_program *program = kmp_eval_program(d->eval, d->eval->by_bodies);
     double operations = 0; /* of an evaluation without the saddle program */
     if (made)

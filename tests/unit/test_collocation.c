@@ -444,7 +444,7 @@ static void test_default(void)
 {
     check_default("examples/andrews/andrews.yaml", "projected", true);
     check_default("examples/andrews/andrews.yaml", "reduced", false);
-    check_default("tests/models/guide_friction.yaml", "projected", false); /* forces depend on multipliers */
+    check_default("tests/models/guide_friction.yaml", "projected", true); /* forces depend on multipliers */
 }
 
 /* A run in two parts, the second from a checkpoint. */
