@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/programs/load_newton.h"
+#include "constraints/programs/load_passes.h"
 #include "dynamics/motion.h"
 #include <string.h>
 
@@ -11,10 +12,8 @@ bool kmp_load_newton_init(kmp_load_newton *x, kmp_program_writer *w, const kmp_p
                            .matrix = KMP_ARENA_NEW(&w->arena, kmp_ref, most * most)};
     if (!KMP_ARENA_EACH(&w->arena, kmp_ref, most, &x->nu, &x->residual, &x->step) || !x->at || !x->matrix)
         return false;
-    for (int j = 0; j < most; j++) { /* as kmp_load_rows */
-        int at = -1, row = s->load_rows[j];
-        for (int i = 0; i < part->r; i++)
-            at = part->rows[i] == row ? i : at;
+    for (int j = 0; j < most; j++) {
+        const int row = s->load_rows[j], at = kmp_load_place(part, row);
         if (at < 0) {
             kmp_writer_replace(w, KMP_IN_LAMBDA, row, KMP_ZERO);
             continue;

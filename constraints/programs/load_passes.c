@@ -9,13 +9,20 @@
 
 enum { MOST_PASSES = 12 };
 
+int kmp_load_place(const kmp_partition *part, int row)
+{
+    for (int i = 0; i < part->r; i++)
+        if (part->rows[i] == row)
+            return i;
+    return -1;
+}
+
 int kmp_load_rows(const kempe_system *s, const kmp_partition *part, int *row)
 {
     int count = 0;
     for (int j = 0; j < s->load_row_count; j++)
-        for (int i = 0; i < part->r; i++)
-            if (part->rows[i] == s->load_rows[j])
-                row[count++] = part->rows[i];
+        if (kmp_load_place(part, s->load_rows[j]) >= 0)
+            row[count++] = s->load_rows[j];
     return count;
 }
 

@@ -21,6 +21,9 @@ typedef struct kmp_load_passes {
     int pass;
 } kmp_load_passes;
 
+/** The place of a row among the independent rows of a partition; -1: it is not one of them. */
+int kmp_load_place(const kmp_partition *part, int row);
+
 /** The load rows of a partition, in their order: returns how many. Room for all load rows. */
 int kmp_load_rows(const kempe_system *system, const kmp_partition *part, int *row);
 

@@ -232,15 +232,6 @@ static kmp_program *finish(maker *k)
     return kmp_writer_program(w);
 }
 
-/* Puts the right-hand side. */
-static void put_slopes(maker *k, const kmp_ref *end)
-{
-    kmp_writer_put(&k->w, k->p, end);
-    kmp_writer_put(&k->w, k->r, k->rate);
-    kmp_writer_put(&k->w, k->p, end + k->p);
-    kmp_writer_put(&k->w, k->plan->power, &k->w.power);
-}
-
 /* The stages before the last one, where C depends on multipliers. False: no memory. */
 static bool schedule_loads(maker *k, const kmp_ref *end)
 {
@@ -248,7 +239,10 @@ static bool schedule_loads(maker *k, const kmp_ref *end)
     kmp_writer_stage(&k->w);
     kmp_load_newton_put(&k->loads, &k->w);
     kmp_writer_stage(&k->w);
-    put_slopes(k, end);
+    kmp_writer_put(&k->w, k->p, end);
+    kmp_writer_put(&k->w, k->r, k->rate);
+    kmp_writer_put(&k->w, k->p, end + k->p);
+    kmp_writer_put(&k->w, k->plan->power, &k->w.power);
     return kmp_load_newton_separate(&k->w);
 }
 
@@ -476,7 +470,6 @@ struct kmp_reduced_program {
                           * sign */
     kmp_writer_efforts given;
     kmp_load_passes loads; /* of multipliers that forces depend on; without room: there are none */
-    const double *first;   /* m: from which they are solved for; NULL: the evaluator's */
     const double *dv;      /* r: the last correction, where it closes */
     const double *left;    /* r: the one that is left after it */
     const double *power;   /* of the last run */
@@ -504,7 +497,7 @@ static bool settle_loads(kmp_reduced_program *f)
 {
     if (!f->loads.nu)
         return true;
-    kmp_load_begin(&f->loads, f->first ? f->first : f->red->eval->nu);
+    kmp_load_begin(&f->loads, f->red->eval->nu);
     return kmp_load_settle_one(&f->loads, f->made.machine);
 }
 
@@ -835,11 +828,6 @@ const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *f)
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *f)
 {
     return &f->layout;
-}
-
-void kmp_reduced_program_begin_loads(kmp_reduced_program *f, const double *nu)
-{
-    f->first = nu;
 }
 
 kmp_counts kmp_reduced_program_count(const kmp_reduced_program *f)

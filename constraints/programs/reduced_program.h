@@ -89,10 +89,6 @@ void kmp_reduced_program_complete_row(const kmp_reduced_program_row *row, double
 const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);
 
-/** Multipliers that forces depend on begin at these numbers (m), which must outlive the program, in place of the
- * evaluator's (NULL). The evaluator has what the last run found. */
-void kmp_reduced_program_begin_loads(kmp_reduced_program *program, const double *nu);
-
 /** Operations of an evaluation by kmp_reduced_program_code, by the reduced mass. Multipliers that forces depend on take
  * two passes. */
 kmp_counts kmp_reduced_program_count(const kmp_reduced_program *program);

@@ -454,7 +454,6 @@ struct kmp_saddle_program {
     kmp_saddle_program_layout layout;
     double *effort;        /* n: user-defined forces; NULL: there are none */
     kmp_load_passes loads; /* of multipliers that forces depend on; without room: there are none */
-    const double *first;   /* m: where these begin; NULL: at the evaluator's */
     const double *end;     /* outputs of the last END */
 };
 
@@ -465,7 +464,7 @@ static bool settle_loads(kmp_saddle_program *program)
 {
     if (!program->loads.nu)
         return true;
-    kmp_load_begin(&program->loads, program->first ? program->first : program->eval->nu);
+    kmp_load_begin(&program->loads, program->eval->nu);
     return kmp_load_settle_one(&program->loads, program->made.machine);
 }
 
@@ -636,11 +635,6 @@ kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double
                         .dx = dx,
                         .place = place,
                         .correct = correct};
-}
-
-void kmp_saddle_program_begin_loads(kmp_saddle_program *program, const double *nu)
-{
-    program->first = nu;
 }
 
 const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *program)

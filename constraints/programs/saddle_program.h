@@ -82,10 +82,6 @@ bool kmp_saddle_program_is_stale(kmp_saddle_program *program);
 const double *kmp_saddle_program_run(kmp_saddle_program *program, double t, const double *q, const double *qd,
                                      bool *good);
 
-/** Multipliers that forces depend on begin at these numbers (m), which must outlive the program, in place of the
- * evaluator's (NULL). */
-void kmp_saddle_program_begin_loads(kmp_saddle_program *program, const double *nu);
-
 /** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
 bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const double *out, int stride);
 

@@ -21,8 +21,6 @@ void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)
     formulation->n = start->part->n;
     formulation->part = start->part;
     formulation->release = kmp_formulation_free;
-    if (start->eval->nu)
-        formulation->nu = KMP_ARENA_NEW(&formulation->arena, double, start->eval->m);
     return formulation;
 }
 
@@ -45,20 +43,6 @@ void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool 
     formulation->y = KMP_ARENA_NEW(&formulation->arena, double, size);
     formulation->atol = KMP_ARENA_NEW(&formulation->arena, double, size);
     formulation->yp = slopes ? KMP_ARENA_NEW(&formulation->arena, double, size) : NULL;
-}
-
-const double *kmp_formulation_first_loads(kmp_formulation *formulation, const kmp_evaluator *eval)
-{
-    if (!formulation->has_nu)
-        kmp_formulation_take_loads(formulation, eval);
-    return formulation->nu;
-}
-
-void kmp_formulation_take_loads(kmp_formulation *formulation, const kmp_evaluator *eval)
-{
-    if (formulation->nu)
-        memcpy(formulation->nu, eval->nu, (size_t)eval->m * sizeof *formulation->nu);
-    formulation->has_nu = true;
 }
 
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start)

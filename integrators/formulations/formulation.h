@@ -119,11 +119,9 @@ struct kmp_formulation {
     int curves;
     double *atol;    /* of each unknown */
     double rtol;     /* 0: the tolerance of the run */
-    double *nu;      /* multipliers that forces depend on, at the last evaluation of an integrator: rows that are read
-                      * between steps do not change the next ones. NULL: there are none */
-    bool has_nu;     /* since the start */
     kmp_text reason; /* reason of a failure */
     long newton, factorizations, exchanges;
+    long by_parts;       /* evaluations of the integrator without a program, by which programs are found to pay */
     kmp_rows_by rows_by; /* of the last step */
     bool rests; /* it may be put aside after a step, and resumed at another state with the same rows and coordinates, of
                  * which `part` is its own copy; its last unknown is the work, if the system is dissipative */
@@ -147,11 +145,6 @@ int kmp_formulation_row(kmp_formulation *formulation, double t, const double *y,
 
 /** Allocates `size` unknowns, and their slopes if wanted; failures are recorded in the arena. */
 void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool slopes);
-
-/** Multipliers that forces depend on, from which evaluations of an integrator begin (NULL: there are none). The second
- * function takes the evaluator's multipliers as the last ones. */
-const double *kmp_formulation_first_loads(kmp_formulation *formulation, const kmp_evaluator *eval);
-void kmp_formulation_take_loads(kmp_formulation *formulation, const kmp_evaluator *eval);
 
 /** For formulations whose unknowns begin with q and qd: the state of a start and the tolerances; q. */
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start);

@@ -45,18 +45,18 @@ typedef struct projected {
     kmp_load_passes loads;              /* and its multipliers that forces depend on; without room: there are none */
     kmp_program *nearby;                /* kmp_saddle_program_write_nearby; NULL: there is none */
     kmp_stage_lanes near;               /* that program for several stages at once */
-    const double *of_run;  /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
-    double cycles_near;    /* of a run of `near`; 0: there is none */
-    bool may_write;        /* programs may be made between steps */
-    bool is_near;          /* the factors in `near` belong to the last run of `stages` */
-    long sweeps;           /* runs of `stages` without that program */
-    bool lanes;            /* the integrator uses them */
-    bool by_mass;          /* the last row was closed by M in place of articulated bodies */
-    bool by_program;       /* the last evaluation was by the saddle program, whose factors serve corrections */
-    bool cancelled;        /* rounding showed in its accelerations */
-    long runs;             /* of the saddle program */
-    long batches, apart;   /* of stages in lanes; of these, with a pivot that has lost too many digits */
-    long evaluations, due; /* without it; the number from which on it pays */
+    const double *of_run; /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
+    double cycles_near;   /* of a run of `near`; 0: there is none */
+    bool may_write;       /* programs may be made between steps */
+    bool is_near;         /* the factors in `near` belong to the last run of `stages` */
+    long sweeps;          /* runs of `stages` without that program */
+    bool lanes;           /* the integrator uses them */
+    bool by_mass;         /* the last row was closed by M in place of articulated bodies */
+    bool by_program;      /* the last evaluation was by the saddle program, whose factors serve corrections */
+    bool cancelled;       /* rounding showed in its accelerations */
+    long runs;            /* of the saddle program */
+    long batches, apart;  /* of stages in lanes; of these, with a pivot that has lost too many digits */
+    long due;             /* the number of evaluations by parts from which on it pays */
     double rtol, rate_scale;
     bool has_work;
     int n, m;
@@ -116,17 +116,11 @@ static int rhs(void *self, double t, const double *y, double *dy)
 {
     projected *d = self;
     size_t n = (size_t)d->n;
-    if (d->saddle_program)
-        kmp_saddle_program_begin_loads(d->saddle_program, kmp_formulation_first_loads(&d->formulation, d->eval));
     const double *out = run_program(d, t, y, y + n);
     if (!out) {
-        d->evaluations++;
-        int said = factor_at(d, t, y, y + n) == KMP_GO ? put_derivative(d, y, dy) : KMP_RETRY;
-        if (said == KMP_GO)
-            kmp_formulation_take_loads(&d->formulation, d->eval);
-        return said;
+        d->formulation.by_parts++;
+        return factor_at(d, t, y, y + n) == KMP_GO ? put_derivative(d, y, dy) : KMP_RETRY;
     }
-    kmp_formulation_take_loads(&d->formulation, d->eval);
     const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
     memcpy(dy, y + n, n * sizeof *dy);
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
@@ -143,7 +137,7 @@ static const double *run_stages(projected *d, const double *t, const double *y)
     d->batches++;
     d->sweeps++;
     if (d->loads.nu) {
-        kmp_load_begin(&d->loads, kmp_formulation_first_loads(&d->formulation, d->eval));
+        kmp_load_begin(&d->loads, d->eval->nu);
         if (!kmp_load_settle_lanes(&d->loads, d->stages.lanes))
             return NULL;
     }
@@ -443,7 +437,7 @@ static int renew_program(projected *d, double t, const double *q)
 {
     if (d->may_write && d->sweeps >= NEARBY_AFTER && make_nearby(d) != KMP_GO)
         return KMP_HALT;
-    if (d->evaluations < d->due)
+    if (d->formulation.by_parts < d->due)
         return KMP_GO;
     d->due = LONG_MAX;
     return make_program(d, t, q);
@@ -466,7 +460,6 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
         d->refused_h = d->noise = 0;
     }
     d->t = t;
-    formulation->has_nu = false;
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);

@@ -502,15 +502,13 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     kmp_reduced *d = self;
     bool runs = applies(d), made = false;
     if (runs)
-        kmp_reduced_program_begin_loads(d->programs.scalar, kmp_formulation_first_loads(&d->formulation, d->eval));
-    if (runs)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
     d->use.by_saddle_program = made && kmp_reduced_has_saddle_program(d);
     if (!made && runs && d->integrated && !kmp_reduced_has_saddle_program(d) && d->s->load_row_count == 0)
         return KMP_RETRY;
     if (!made) { /* a program gives only dy */
-        d->use.evaluations++;
+        d->formulation.by_parts++;
         if (reduced_evaluate(d, t, y) != KMP_GO)
             return KMP_RETRY;
         for (int k = 0; k < d->p; k++) {
@@ -523,7 +521,6 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     for (int k = 0; k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    kmp_formulation_take_loads(&d->formulation, d->eval);
     if (d->has_work)
         dy[reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
                                    : kmp_eval_power_here(d->eval, d->qd) + reduced_drive_power(d);
@@ -537,7 +534,7 @@ static const double *run_stages(kmp_reduced *d, const double *t, const double *y
     kmp_load_passes *x = &d->programs.loads;
     kmp_stage_lanes_place(&d->programs.stages, t, y, NULL);
     if (x->nu) {
-        kmp_load_begin(x, kmp_formulation_first_loads(&d->formulation, d->eval));
+        kmp_load_begin(x, d->eval->nu);
         if (!kmp_load_settle_lanes(x, lanes))
             return NULL;
     }
@@ -823,7 +820,6 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     const bool elsewhere = formulation->rested;
-    formulation->has_nu = false;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);

@@ -22,17 +22,18 @@ typedef struct kmp_reduced_programs {
 
 /* The use of programs, from one choice of u to the next. */
 typedef struct kmp_program_use {
-    bool closed_by_program;               /* newton: the reduced program made the last evaluation */
-    struct kmp_reduced_kept *kept;        /* of earlier choices; NULL: none yet */
-    int kept_next;                        /* record for the next new one */
-    bool had_saddle_program;              /* the last choice had a program by the saddle system */
-    long evaluations, due_saddle_program; /* by parts; the number from which on the program by the saddle system pays */
-    double of_program;                    /* operations of the equations in an evaluation; 0: not counted yet */
-    bool by_saddle_program;               /* it made the last evaluation */
-    bool cancelled;                       /* rounding showed in its accelerations */
-    bool apart;                           /* the order of elimination in either is bad at the end of the last step */
-    long steps;                           /* since the last exchange, or since the reduced program was made */
-    bool made_late; /* the reduced program is made once it lasts for KMP_FORMULATION_BRIEF steps */
+    bool closed_by_program;        /* newton: the reduced program made the last evaluation */
+    struct kmp_reduced_kept *kept; /* of earlier choices; NULL: none yet */
+    int kept_next;                 /* record for the next new one */
+    bool had_saddle_program;       /* the last choice had a program by the saddle system */
+    long
+        due_saddle_program; /* the number of evaluations by parts from which on the program by the saddle system pays */
+    double of_program;      /* operations of the equations in an evaluation; 0: not counted yet */
+    bool by_saddle_program; /* it made the last evaluation */
+    bool cancelled;         /* rounding showed in its accelerations */
+    bool apart;             /* the order of elimination in either is bad at the end of the last step */
+    long steps;             /* since the last exchange, or since the reduced program was made */
+    bool made_late;         /* the reduced program is made once it lasts for KMP_FORMULATION_BRIEF steps */
 } kmp_program_use;
 
 /* The last accepted step, from which v is predicted. */

@@ -114,7 +114,7 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
     long wait = solves(d) ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->use.due_saddle_program =
-            wait < LONG_MAX - d->use.evaluations ? d->use.evaluations + (at_once ? 0 : wait) : LONG_MAX;
+            wait < LONG_MAX - d->formulation.by_parts ? d->formulation.by_parts + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
 }
 
@@ -136,7 +136,7 @@ static int prepare_stages(kmp_reduced *d)
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
     bool fuses = d->use.made_late && d->use.steps >= KMP_FORMULATION_BRIEF;
-    if (!fuses && d->use.evaluations < d->use.due_saddle_program)
+    if (!fuses && d->formulation.by_parts < d->use.due_saddle_program)
         return KMP_GO;
     kmp_eval_closure(d->eval, t, d->q);
     bool regular = !kmp_reduction_factor(&d->red);
@@ -178,7 +178,7 @@ int kmp_reduced_count(kmp_reduced *d)
          * their end. */
         kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
         count.paper = (long)operations;
-        if (d->use.due_saddle_program <= d->use.evaluations || d->programs.scalar)
+        if (d->use.due_saddle_program <= d->formulation.by_parts || d->programs.scalar)
             ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
         ode->cycles_to_make = kmp_cycles_to_make(count);

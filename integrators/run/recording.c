@@ -172,8 +172,9 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
 static bool add_step(kmp_recording *r, kmp_runner *run)
 {
     kmp_number_stream stream = {0};
+    (void)transfer_polynomial(run, &stream); /* which may have to be made */
+    (void)kmp_runner_give_back(run, KEMPE_OK);
     transfer_surroundings(run, &stream);
-    (void)transfer_polynomial(run, &stream);
     step *room = kmp_arena_room(&r->arena, r->steps, r->step_count, sizeof *room);
     double *numbers = KMP_ARENA_NEW(&r->arena, double, stream.count);
     if (!room || !numbers)
@@ -197,7 +198,9 @@ kempe_status kmp_recording_add(kmp_recording *r, kmp_runner *run)
     if (r->step_count > 0 && !(kmp_runner_t(run) > r->steps[r->step_count - 1].to))
         return KEMPE_OK;
     bool goes_on = r->stretch_count > 0 && is_same(&r->stretches[r->stretch_count - 1], run);
-    KMP_TRY(kmp_made(run->s->context, (goes_on || add_stretch(r, run)) && add_step(r, run)));
+    kmp_runner_keep(run);
+    const bool made = (goes_on || add_stretch(r, run)) && add_step(r, run);
+    KMP_TRY(kmp_runner_give_back(run, kmp_made(run->s->context, made)));
     r->held += (double)r->steps[r->step_count - 1].count * sizeof(double);
     r->over = r->most > 0 && r->held > r->most;
     if (r->over)

@@ -547,21 +547,39 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double 
     return KEMPE_OK;
 }
 
+/* -- rows that are read -------------------------------------------------------------------------------------------- */
+
+void kmp_runner_keep(kmp_runner *run)
+{
+    run->room.by_parts = run->formulation->by_parts;
+    if (run->eval->nu)
+        memcpy(run->room.nu, run->eval->nu, (size_t)run->s->m * sizeof *run->room.nu);
+}
+
+kempe_status kmp_runner_give_back(kmp_runner *run, kempe_status status)
+{
+    run->formulation->by_parts = run->room.by_parts;
+    if (run->eval->nu)
+        memcpy(run->eval->nu, run->room.nu, (size_t)run->s->m * sizeof *run->room.nu);
+    return status;
+}
+
 kempe_status kmp_runner_motion(kmp_runner *run, double t, double *row)
 {
     const int n = run->s->n;
     double work;
     memset(row + 2 * n, 0, (size_t)(n + run->s->m) * sizeof *row);
     kmp_runner_follow(run, t);
-    KMP_TRY(kmp_runner_inner_row(run, t, false, row, &work));
+    kmp_runner_keep(run);
+    KMP_TRY(kmp_runner_give_back(run, kmp_runner_inner_row(run, t, false, row, &work)));
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work)
+/* All of a row, with friction that sticks, in the user's coordinates. */
+static kempe_status whole_row(kmp_runner *run, double t, double *row, double *work)
 {
-    int n = run->s->n;
-    kmp_runner_follow(run, t);
+    const int n = run->s->n;
     KMP_TRY(kmp_runner_inner_row(run, t, true, row, work));
     if (run->sticking.friction)
         kmp_friction_show(run, t, row);
@@ -569,12 +587,20 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     return KEMPE_OK;
 }
 
+kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work)
+{
+    kmp_runner_follow(run, t);
+    kmp_runner_keep(run);
+    return kmp_runner_give_back(run, whole_row(run, t, row, work));
+}
+
 kempe_status kmp_runner_look_inside(kmp_runner *run, double t, bool whole, double *row)
 {
     const double work = run->balance.work, until = run->balance.t;
     double unused;
     run->balance.t = t;
-    kempe_status status = kmp_runner_inner_row(run, t, whole, row, &unused);
+    kmp_runner_keep(run);
+    kempe_status status = kmp_runner_give_back(run, kmp_runner_inner_row(run, t, whole, row, &unused));
     run->balance.work = work;
     run->balance.t = until;
     return status;
@@ -582,12 +608,14 @@ kempe_status kmp_runner_look_inside(kmp_runner *run, double t, bool whole, doubl
 
 kempe_status kmp_runner_look(kmp_runner *run, double t, double *row)
 {
-    const int n = run->s->n;
-    KMP_TRY(kmp_runner_look_inside(run, t, true, row));
-    if (run->sticking.friction)
-        kmp_friction_show(run, t, row);
-    kmp_runner_show(run, row, row + n, row + 2 * n);
-    return KEMPE_OK;
+    const double work = run->balance.work, until = run->balance.t;
+    double unused;
+    run->balance.t = t;
+    kmp_runner_keep(run);
+    kempe_status status = kmp_runner_give_back(run, whole_row(run, t, row, &unused));
+    run->balance.work = work;
+    run->balance.t = until;
+    return status;
 }
 
 const double *kmp_runner_unknowns(kmp_runner *run, double t)

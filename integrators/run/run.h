@@ -195,6 +195,12 @@ typedef struct kmp_method {
     const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
 
+/** Before and after rows that are read: keeps and gives back the multipliers from which the next evaluations of the
+ * integrator begin, and the number of evaluations by which programs are found to pay. No digit of the motion then
+ * depends on the rows. Returns `status`. */
+void kmp_runner_keep(kmp_runner *run);
+kempe_status kmp_runner_give_back(kmp_runner *run, kempe_status status);
+
 /** kmp_runner_row in the coordinates of the present charts; `whole`: with accelerations and multipliers. */
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double *row, double *work);
 

@@ -440,10 +440,10 @@ static bool has_modes(const kmp_runner *run)
 static kempe_status runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
-    bool made =
-        KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->turned.now, &run->turned.next, &run->turned.before),
-                       KMP_ROOM(double, 3 * n + m, &run->balance.row, &run->room.state),
-                       KMP_ROOM(double, run->s->jacobian.count + m, &run->room.rows));
+    bool made = KMP_ARENA_MAKE(
+        &run->arena, KMP_ROOM(double, n, &run->turned.now, &run->turned.next, &run->turned.before),
+        KMP_ROOM(double, 3 * n + m, &run->balance.row, &run->room.state), KMP_ROOM(double, m, &run->room.nu),
+        KMP_ROOM(double, run->s->jacobian.count + m, &run->room.rows));
     if (run->spec.slopes && run->s->switches) {
         run->events.passed.caused = run->events.caused = KMP_ARENA_NEW(&run->arena, bool, run->s->events.count);
         made = made && run->events.caused;

@@ -371,7 +371,8 @@ static void by_what_is_given(void)
     resolves(WHEELSET, (kmp_run_spec){.formulation = "dae", .integrator = "radau"}, "index1", "radau", NULL, NULL);
 }
 
-/* Wheels on rails are equations that are solved by iteration. Forces that depend on multipliers are no obstacle. */
+/* Contacts of wheels with rails are found by iteration, which is an obstacle. Forces that depend on multipliers are
+ * not. */
 static void by_obstacles(void)
 {
     static const char iterated[] = "the model has equations that are solved by iteration";
