@@ -283,14 +283,52 @@ bool kmp_system_watches_loads(const kempe_system *system)
     return watches;
 }
 
+/* True if instructions or outputs of a program from a stage on have an input as an operand. */
+static bool reads(const kmp_program *p, int stage, kmp_input_kind kind, int index)
+{
+    int input = 0;
+    while (p && input < p->input_count && (p->input[input].kind != kind || p->input[input].index != (uint32_t)index))
+        input++;
+    if (!p || input == p->input_count)
+        return false;
+    const uint32_t value = (uint32_t)(p->constant_count + input);
+    bool any = false;
+    for (int k = p->code[stage]; k < p->code[p->stages]; k++)
+        for (int o = 0; o < 3; o++) /* what is a parameter in place of an operand makes a use more, none less */
+            any = any || kmp_instruction_operand(&p->instruction[k], o) >> 1 == value;
+    for (int k = p->outputs[stage]; k < p->outputs[p->stages]; k++)
+        any = any || p->output[k] >> 1 == value;
+    return any;
+}
+
+/* True if a closure row has the coordinate and another one. A drive of the coordinate has no other. */
+static bool is_closed_with_others(const kmp_pattern *jacobian, int coordinate)
+{
+    for (int k = 0; k < jacobian->count; k++)
+        for (int l = 0; jacobian->col[k] == coordinate && l < jacobian->count; l++)
+            if (jacobian->row[l] == jacobian->row[k] && l != k)
+                return true;
+    return false;
+}
+
+bool kmp_system_watches_coordinate(const kempe_system *system, int coordinate)
+{
+    const bool by_loads = kmp_system_watches_loads(system);
+    return system->events.count > 0 &&
+           (reads(system->changes, 0, KMP_IN_Q, coordinate) || reads(system->changes, 0, KMP_IN_QD, coordinate) ||
+            is_closed_with_others(&system->jacobian, coordinate) ||
+            (by_loads &&
+             (system->force || system->late || reads(system->motion, KMP_STAGE_MASS, KMP_IN_Q, coordinate))));
+}
+
 int kmp_system_input_order(const kempe_system *system, int input)
 {
     const kmp_program *const programs[] = {system->motion, system->judge, system->closing};
     int order = 0;
     for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
         if (programs[k]) {
-            const int reads = kmp_program_time_order(programs[k], input);
-            order = reads > order ? reads : order;
+            const int read = kmp_program_time_order(programs[k], input);
+            order = read > order ? read : order;
         }
     return order;
 }

@@ -196,6 +196,12 @@ bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows
  * contacts, ends of runs. */
 bool kmp_system_watches_loads(const kempe_system *system);
 
+/** True if events may depend on the place of a coordinate: conditions have it, or closures with other coordinates, or,
+ * where events depend on loads, masses or forces. They do not have the angle of a wheel, or the way on a straight
+ * track.
+ */
+bool kmp_system_watches_coordinate(const kempe_system *system, int coordinate);
+
 /** The highest derivative by time of an input that the equations or the outputs read, 0 to 2: of a system whose
  * `motion` is made. Closures read all, forces the first one, as a damper to a place that the input moves. */
 int kmp_system_input_order(const kempe_system *system, int input);

@@ -304,7 +304,8 @@ static void say_change_point(kmp_forward_formulation *f, double t)
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
 /* True if a step is too long for the search of events between its ends: drives move conditions, whatever the errors of
- * the unknowns, which may be none. A step over a whole rise of a cam would not see it. */
+ * the unknowns, which may be none. A step over a whole rise of a cam would not see it. Coordinates that events do not
+ * depend on may go any way. */
 static bool passes_events(const kmp_forward_formulation *f, const double *y)
 {
     const kempe_system *s = f->system;
@@ -313,7 +314,7 @@ static bool passes_events(const kmp_forward_formulation *f, const double *y)
     for (int k = 0; k < s->events.count && s->rheonomic; k++)
         any = any || s->events.condition[k].validity == KMP_VALIDITY_NONE;
     for (int i = 0; i < f->n; i++)
-        far = far || fabs(to[i] - from[i]) > FARTHEST * s->scale[i];
+        far = far || (f->watched[i] && fabs(to[i] - from[i]) > FARTHEST * s->scale[i]);
     return any && far;
 }
 
@@ -734,10 +735,12 @@ static bool make_room(kmp_forward_formulation *f)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, s->events.count, &f->mode), KMP_ROOM(double, 2 * n * n, &f->matrix),
                         KMP_ROOM(double, KMP_CHART_SIZE * s->chart_count, &f->own_chart),
                         KMP_ROOM(double, n, &f->zone.su, &f->zone.sud, &f->zone.ud),
-                        KMP_ROOM(int, n, &f->zone.every, &f->choice.signs)))
+                        KMP_ROOM(int, n, &f->zone.every, &f->choice.signs), KMP_ROOM(bool, n, &f->watched)))
         return false;
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < n; i++) {
         f->zone.every[i] = i;
+        f->watched[i] = kmp_system_watches_coordinate(s, i);
+    }
     return kmp_forward_place_make(&f->place, a, s) && kmp_forward_resets_make(&f->resets, a, s->model) &&
            kmp_forward_changes_make(f) && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
 }

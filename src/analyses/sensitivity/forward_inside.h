@@ -54,6 +54,7 @@ typedef struct kmp_forward_formulation {
     int width;       /* of the coordinates that are unknowns */
     int redundant;   /* rows */
     bool begun, own_angles;
+    bool *watched;                   /* coordinates that events may depend on */
     bool in_lanes;                   /* the last state is the last lane's, without accelerations */
     double *mode;                    /* conditions at the end of the last step */
     double *matrix;                  /* 2 p x 2 p */
