@@ -283,42 +283,58 @@ bool kmp_system_watches_loads(const kempe_system *system)
     return watches;
 }
 
-/* True if instructions or outputs of a program from a stage on have an input as an operand. */
-static bool reads(const kmp_program *p, int stage, kmp_input_kind kind, int index)
+/* The coordinates that values of a program depend on, and the coordinates in which they are nonlinear: a bit for each
+ * of 64 coordinates. */
+typedef struct dependences {
+    uint64_t *depends, *bent;
+} dependences;
+
+/* The union over outputs of a program from output `first` on. */
+static uint64_t of_outputs(const kmp_program *p, int first, const uint64_t *mark)
 {
-    int input = 0;
-    while (p && input < p->input_count && (p->input[input].kind != kind || p->input[input].index != (uint32_t)index))
-        input++;
-    if (!p || input == p->input_count)
-        return false;
-    const uint32_t value = (uint32_t)(p->constant_count + input);
-    bool any = false;
-    for (int k = p->code[stage]; k < p->code[p->stages]; k++)
-        for (int o = 0; o < 3; o++) /* what is a parameter in place of an operand makes a use more, none less */
-            any = any || kmp_instruction_operand(&p->instruction[k], o) >> 1 == value;
-    for (int k = p->outputs[stage]; k < p->outputs[p->stages]; k++)
-        any = any || p->output[k] >> 1 == value;
+    uint64_t any = 0;
+    for (int k = first; k < p->outputs[p->stages]; k++)
+        any |= mark[p->output[k] >> 1];
     return any;
 }
 
-/* True if a closure row has the coordinate and another one. A drive of the coordinate has no other. */
-static bool is_closed_with_others(const kmp_pattern *jacobian, int coordinate)
+/* The coordinates from one on, a bit each, in which a condition or a closure is nonlinear, or on which masses or forces
+ * depend. */
+static uint64_t watched_from(const kempe_system *s, int from, const kmp_program *motion, const dependences *x)
 {
-    for (int k = 0; k < jacobian->count; k++)
-        for (int l = 0; jacobian->col[k] == coordinate && l < jacobian->count; l++)
-            if (jacobian->row[l] == jacobian->row[k] && l != k)
-                return true;
-    return false;
+    uint64_t watched = 0;
+    if (s->changes) {
+        kmp_program_dependences(s->changes, KMP_IN_Q, (uint32_t)from, x->depends, x->bent);
+        watched |= of_outputs(s->changes, 0, x->bent);
+    }
+    if (s->closing) { /* the derivatives follow h */
+        kmp_program_dependences(s->closing, KMP_IN_Q, (uint32_t)from, x->depends, x->bent);
+        watched |= of_outputs(s->closing, s->closing->outputs[KMP_STAGE_CLOSURE] + s->m, x->depends);
+    }
+    if (motion) {
+        kmp_program_dependences(motion, KMP_IN_Q, (uint32_t)from, x->depends, x->bent);
+        watched |= of_outputs(motion, motion->outputs[KMP_STAGE_MASS], x->depends);
+    }
+    return watched;
 }
 
-bool kmp_system_watches_coordinate(const kempe_system *system, int coordinate)
+kempe_status kmp_system_watched_coordinates(const kempe_system *s, bool *watched)
 {
-    const bool by_loads = kmp_system_watches_loads(system);
-    return system->events.count > 0 &&
-           (reads(system->changes, 0, KMP_IN_Q, coordinate) || reads(system->changes, 0, KMP_IN_QD, coordinate) ||
-            is_closed_with_others(&system->jacobian, coordinate) ||
-            (by_loads &&
-             (system->force || system->late || reads(system->motion, KMP_STAGE_MASS, KMP_IN_Q, coordinate))));
+    const bool by_loads = kmp_system_watches_loads(s), all = by_loads && (s->force || s->late);
+    const kmp_program *const motion = by_loads ? s->motion : NULL, *const programs[] = {s->changes, s->closing, motion};
+    int most = 1;
+    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
+        most = programs[k] && kmp_program_values(programs[k]) > most ? kmp_program_values(programs[k]) : most;
+    const dependences x = {KMP_NEW(uint64_t, most), KMP_NEW(uint64_t, most)};
+    for (int from = 0; x.depends && x.bent && from < s->n; from += 64) {
+        const uint64_t some = all ? UINT64_MAX : watched_from(s, from, motion, &x);
+        for (int i = from; i < s->n && i < from + 64; i++)
+            watched[i] = some >> (i - from) & 1;
+    }
+    const bool made = x.depends && x.bent;
+    kmp_free(x.depends);
+    kmp_free(x.bent);
+    return kmp_made(s->context, made);
 }
 
 int kmp_system_input_order(const kempe_system *system, int input)

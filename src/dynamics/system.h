@@ -196,11 +196,10 @@ bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows
  * contacts, ends of runs. */
 bool kmp_system_watches_loads(const kempe_system *system);
 
-/** True if events may depend on the place of a coordinate: conditions have it, or closures with other coordinates, or,
- * where events depend on loads, masses or forces. They do not have the angle of a wheel, or the way on a straight
- * track.
- */
-bool kmp_system_watches_coordinate(const kempe_system *system, int coordinate);
+/** Sets watched[i] (n) where events may come and go while coordinate i moves on: a condition is nonlinear in it, the
+ * derivatives of closures depend on it, or masses and forces do, where events depend on loads. The angle of a wheel or
+ * a gear is not watched, nor is the way on a straight track. KEMPE_E_MEMORY. */
+kempe_status kmp_system_watched_coordinates(const kempe_system *system, bool *watched);
 
 /** The highest derivative by time of an input that the equations or the outputs read, 0 to 2: of a system whose
  * `motion` is made. Closures read all, forces the first one, as a damper to a place that the input moves. */

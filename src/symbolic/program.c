@@ -291,6 +291,46 @@ int kmp_program_time_order(const kmp_program *p, int function)
     return order;
 }
 
+/* The inputs in which an instruction is nonlinear, by the inputs that its operands a, b and c depend on. */
+static uint64_t bends(kmp_op op, uint64_t a, uint64_t b, uint64_t c)
+{
+    switch (op) {
+    case KMP_OP_ADD:
+    case KMP_OP_LIST:
+        return 0;
+    case KMP_OP_MUL:
+        return a & b;
+    case KMP_OP_DIV:
+        return b;
+    default:
+        return a | b | c;
+    }
+}
+
+void kmp_program_dependences(const kmp_program *p, kmp_input_kind kind, uint32_t first, uint64_t *depends,
+                             uint64_t *bent)
+{
+    const uint32_t inputs = (uint32_t)p->constant_count, code = inputs + (uint32_t)p->input_count;
+    memset(depends, 0, code * sizeof *depends);
+    memset(bent, 0, code * sizeof *bent);
+    for (uint32_t k = inputs; k < code; k++) {
+        const kmp_program_input *in = &p->input[k - inputs];
+        if (in->kind == kind && in->index >= first && in->index - first < 64)
+            depends[k] = (uint64_t)1 << (in->index - first);
+    }
+    for (int k = 0; k < p->code[p->stages]; k++) {
+        const uint32_t here = code + (uint32_t)k;
+        uint64_t of[3] = {0}, more = 0;
+        for (int o = 0; o < 3; o++) { /* a parameter in place of an operand may add inputs, and hides none */
+            const uint32_t operand = kmp_instruction_operand(&p->instruction[k], o) >> 1;
+            of[o] = operand < here ? depends[operand] : 0;
+            more |= operand < here ? bent[operand] : 0;
+        }
+        depends[here] = of[0] | of[1] | of[2];
+        bent[here] = more | bends((kmp_op)p->instruction[k].op, of[0], of[1], of[2]);
+    }
+}
+
 kmp_program *kmp_program_copy(const kmp_program *p)
 {
     int stages = p->stages, code = p->code[stages], outputs = p->outputs[stages];

@@ -116,6 +116,16 @@ void kmp_counts_add(kmp_counts *counts, const kmp_counts *more, long times);
 /** The highest derivative of a given function of time that the program reads, 0 to 2; -1: it reads none. */
 int kmp_program_time_order(const kmp_program *p, int function);
 
+/** The number of values: constants, inputs, instructions. */
+static inline int kmp_program_values(const kmp_program *p)
+{
+    return p->constant_count + p->input_count + p->code[p->stages];
+}
+/** For each value, in depends and bent (kmp_program_values): bit b where it may depend on the input of a kind with
+ * index first + b, and where it may be nonlinear in it. */
+void kmp_program_dependences(const kmp_program *p, kmp_input_kind kind, uint32_t first, uint64_t *depends,
+                             uint64_t *bent);
+
 /** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);
 /** The program of only the first stages, as many as given, with what they need. NULL: no memory. */

@@ -737,10 +737,8 @@ static bool make_room(kmp_forward_formulation *f)
                         KMP_ROOM(double, n, &f->zone.su, &f->zone.sud, &f->zone.ud),
                         KMP_ROOM(int, n, &f->zone.every, &f->choice.signs), KMP_ROOM(bool, n, &f->watched)))
         return false;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         f->zone.every[i] = i;
-        f->watched[i] = kmp_system_watches_coordinate(s, i);
-    }
     return kmp_forward_place_make(&f->place, a, s) && kmp_forward_resets_make(&f->resets, a, s->model) &&
            kmp_forward_changes_make(f) && kmp_forward_make_columns(f, f->v->count) && kmp_forward_delays_make(f);
 }
@@ -750,6 +748,8 @@ static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_sensitivity_equations *v = f->v;
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
+    if (f->system->rheonomic)
+        KMP_TRY(kmp_system_watched_coordinates(f->system, f->watched));
     kmp_charts_reset(f->system, f->own_chart);
     kmp_charts_reset(f->system, f->place.chart);
     kmp_eval_set_charts(f->own, f->place.chart);
