@@ -9,6 +9,7 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "integrators/run/runner_start.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
@@ -144,7 +145,7 @@ static kempe_status sample(void *user, double t, const double **values)
     kmp_runner *run = user;
     kmp_delays *x = run->delays;
     double *q = x->row, *qd = q + run->s->n, work;
-    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    KMP_TRY(kmp_runner_dense(run, t));
     if (run->formulation->row(run->formulation, t, run->room.y, q, qd, NULL, NULL, &work) != KMP_GO)
         return KEMPE_E_FAILED;
     *values = signals_at(run, t, q, qd);

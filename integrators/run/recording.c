@@ -110,8 +110,7 @@ static bool transfer_polynomial(kmp_runner *run, kmp_number_stream *stream)
     bool good = stream->back || !stream->at || kmp_runner_position(run, t, q) == KEMPE_OK;
     kmp_stream_numbers(stream, run->s->n, q);
     if (stream->back)
-        good = run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK &&
-               formulation->stand(formulation, t, run->room.y, q) == KMP_GO;
+        good = kmp_runner_dense(run, t) == KEMPE_OK && formulation->stand(formulation, t, run->room.y, q) == KMP_GO;
     kmp_stream_numbers(stream, formulation->curves, formulation->curve);
     return good;
 }
@@ -162,7 +161,7 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
     kmp_text why = formulation->reason;
     formulation->reason = (kmp_text){0};
     s->t = kmp_runner_t_old(run);
-    s->known = run->kind->dense(run->solver, s->t, run->room.y, run->room.yp) == KEMPE_OK &&
+    s->known = kmp_runner_dense(run, s->t) == KEMPE_OK &&
                kmp_formulation_row(formulation, s->t, run->room.y, s->row, &s->work) == KMP_GO;
     kmp_text_free(&formulation->reason);
     formulation->reason = why;

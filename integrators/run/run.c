@@ -141,7 +141,7 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
 {
     kmp_formulation *own = run->formulation;
     bridge b = {.run = run, .t = start, .end = t, .q = row, .qd = row + run->s->n};
-    bool found = run->kind->dense(run->solver, start, run->room.y, run->room.yp) == KEMPE_OK &&
+    bool found = kmp_runner_dense(run, start) == KEMPE_OK &&
                  own->row(own, start, run->room.y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
     found = found && kmp_eval_add_composite(run->eval) == KEMPE_OK;
     kmp_eval_set_by_bodies(run->eval, false);
@@ -438,7 +438,7 @@ static kempe_status integrate_work(kmp_runner *run, double t)
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);
-        KMP_TRY(run->kind->dense(run->solver, at, run->room.y, run->room.yp));
+        KMP_TRY(kmp_runner_dense(run, at));
         run->balance.work += 0.5 * h * weight[k] * power_at(run, at);
     }
     run->balance.t = t;
@@ -453,7 +453,7 @@ static kempe_status note_work(kmp_runner *run)
     if (!run->s->dissipative || (!run->room.yp && ode->quadratures == 0))
         return KEMPE_OK;
     if (!run->room.yp) {
-        KMP_TRY(run->kind->dense(run->solver, run->solver->t, run->room.y, NULL));
+        KMP_TRY(kmp_runner_dense(run, run->solver->t));
         work = run->room.y[ode->n - 1];
     }
     run->before.least = fmin(run->before.least, work);
@@ -537,7 +537,7 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double 
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
-    if ((run->kind->dense(run->solver, t, run->room.y, run->room.yp) != KEMPE_OK ||
+    if ((kmp_runner_dense(run, t) != KEMPE_OK ||
          run->formulation->row(run->formulation, t, run->room.y, row, row + n, whole ? row + 2 * n : NULL,
                                whole ? row + 3 * n : NULL, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, row, work))
@@ -551,16 +551,12 @@ kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double 
 
 void kmp_runner_keep(kmp_runner *run)
 {
-    run->room.by_parts = run->formulation->by_parts;
-    if (run->eval->nu)
-        memcpy(run->room.nu, run->eval->nu, (size_t)run->s->m * sizeof *run->room.nu);
+    kmp_runner_keep_loads(run, &run->room.before_rows);
 }
 
 kempe_status kmp_runner_give_back(kmp_runner *run, kempe_status status)
 {
-    run->formulation->by_parts = run->room.by_parts;
-    if (run->eval->nu)
-        memcpy(run->eval->nu, run->room.nu, (size_t)run->s->m * sizeof *run->room.nu);
+    kmp_runner_give_loads(run, &run->room.before_rows);
     return status;
 }
 
@@ -620,7 +616,7 @@ kempe_status kmp_runner_look(kmp_runner *run, double t, double *row)
 
 const double *kmp_runner_unknowns(kmp_runner *run, double t)
 {
-    return run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK ? run->room.y : NULL;
+    return kmp_runner_dense(run, t) == KEMPE_OK ? run->room.y : NULL;
 }
 
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)

@@ -195,6 +195,12 @@ typedef struct kmp_method {
     const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
 
+/* Rows and polynomials leave these as they were, so that no digit of a motion depends on the rows. */
+typedef struct kmp_kept_loads {
+    double *nu;    /* m: the multipliers from which the next evaluations of the integrator begin */
+    long by_parts; /* the number of evaluations by which programs are found to pay */
+} kmp_kept_loads;
+
 /** Before and after rows that are read: keeps and gives back the multipliers from which the next evaluations of the
  * integrator begin, and the number of evaluations by which programs are found to pay. No digit of the motion then
  * depends on the rows. Returns `status`. */

@@ -108,8 +108,7 @@ typedef struct kmp_runner_room {
     double *state, *qdd, *lambda; /* q, qd, qdd, lambda at the start or a change; the last two of these */
     double *y, *yp;               /* at a row; yp for a DAE only */
     double *rows;                 /* entries of J, h_t: as they were before a bend */
-    double *nu;                   /* m: kmp_runner_keep */
-    long by_parts;
+    kmp_kept_loads before_rows, before_dense;
 } kmp_runner_room;
 
 /* The work of non-conservative forces on a dae formulation, by quadrature up to t. */

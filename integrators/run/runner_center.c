@@ -49,7 +49,7 @@ static bool follow_angles(kmp_runner *run, const double *q, bool anyhow)
 
 kempe_status kmp_runner_position(kmp_runner *run, double t, double *q)
 {
-    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    KMP_TRY(kmp_runner_dense(run, t));
     run->formulation->position(run->formulation, t, run->room.y, q);
     return KEMPE_OK;
 }

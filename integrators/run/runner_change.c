@@ -236,7 +236,7 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q, boo
 static kempe_status keep_unknowns(kmp_runner *run, double t)
 {
     kmp_formulation *formulation = run->formulation;
-    const bool kept = !formulation->keep || (run->kind->dense(run->solver, t, run->room.y, run->room.yp) == KEMPE_OK &&
+    const bool kept = !formulation->keep || (kmp_runner_dense(run, t) == KEMPE_OK &&
                                              formulation->keep(formulation, t, run->room.y) == KMP_GO);
     return kept ? KEMPE_OK : KEMPE_E_FAILED;
 }
@@ -285,7 +285,7 @@ static void find_jerk(kmp_runner *run, double t, double *jerk)
 {
     int n = run->s->n;
     double *row = run->balance.row, *qdd = row + 2 * n, work, back = 0.5 * (t - kmp_runner_t_old(run));
-    bool found = back > 0 && run->kind->dense(run->solver, t - back, run->room.y, run->room.yp) == KEMPE_OK &&
+    bool found = back > 0 && kmp_runner_dense(run, t - back) == KEMPE_OK &&
                  kmp_formulation_row(run->formulation, t - back, run->room.y, row, &work) == KMP_GO;
     for (int i = 0; i < n; i++)
         jerk[i] = found ? (run->room.qdd[i] - qdd[i]) / back : 0;
@@ -443,7 +443,7 @@ static kempe_status renew(kmp_runner *run, double t)
             "states, where it is slow");
         return KEMPE_OK;
     }
-    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    KMP_TRY(kmp_runner_dense(run, t));
     kmp_runner_end_unknowns(run);
     switch (run->formulation->renew(run->formulation, t, run->room.y, run->room.yp)) {
     case KMP_GO:

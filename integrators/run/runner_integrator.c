@@ -268,7 +268,7 @@ static kempe_status take_other(kmp_runner *run, double t)
 /* Continues at t with the other integrator, with a step h. */
 static kempe_status exchange(kmp_runner *run, double t, double h)
 {
-    KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+    KMP_TRY(kmp_runner_dense(run, t));
     KMP_TRY(take_other(run, t));
     run->choice.kind = run->kind;
     return kmp_runner_start(run, t, run->room.y, run->room.yp, h);

@@ -364,6 +364,29 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
         run->part.r > 0 ? "with open loops " : "", off);
 }
 
+void kmp_runner_keep_loads(const kmp_runner *run, kmp_kept_loads *kept)
+{
+    kept->by_parts = run->formulation->by_parts;
+    if (run->eval->nu)
+        memcpy(kept->nu, run->eval->nu, (size_t)run->s->m * sizeof *kept->nu);
+}
+
+void kmp_runner_give_loads(kmp_runner *run, const kmp_kept_loads *kept)
+{
+    run->formulation->by_parts = kept->by_parts;
+    if (run->eval->nu)
+        memcpy(run->eval->nu, kept->nu, (size_t)run->s->m * sizeof *kept->nu);
+}
+
+kempe_status kmp_runner_dense(kmp_runner *run, double t)
+{
+    kmp_kept_loads *kept = &run->room.before_dense;
+    kmp_runner_keep_loads(run, kept);
+    kempe_status status = run->kind->dense(run->solver, t, run->room.y, run->room.yp);
+    kmp_runner_give_loads(run, kept);
+    return status;
+}
+
 /* The state within the last step, for the search for events. */
 static kempe_status state_within(void *user, double t, kmp_state_depth depth, bool again, double *q, double *qd,
                                  double *qdd, double *lambda)
@@ -371,7 +394,7 @@ static kempe_status state_within(void *user, double t, kmp_state_depth depth, bo
     kmp_runner *run = user;
     double work;
     if (!again)
-        KMP_TRY(run->kind->dense(run->solver, t, run->room.y, run->room.yp));
+        KMP_TRY(kmp_runner_dense(run, t));
     double *rates = depth >= KMP_STATE_RATES ? qd : NULL, *accelerations = depth >= KMP_STATE_WHOLE ? qdd : NULL;
     int said = run->formulation->row(run->formulation, t, run->room.y, q, rates, accelerations, lambda, &work);
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
@@ -440,10 +463,11 @@ static bool has_modes(const kmp_runner *run)
 static kempe_status runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
-    bool made = KMP_ARENA_MAKE(
-        &run->arena, KMP_ROOM(double, n, &run->turned.now, &run->turned.next, &run->turned.before),
-        KMP_ROOM(double, 3 * n + m, &run->balance.row, &run->room.state), KMP_ROOM(double, m, &run->room.nu),
-        KMP_ROOM(double, run->s->jacobian.count + m, &run->room.rows));
+    bool made =
+        KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->turned.now, &run->turned.next, &run->turned.before),
+                       KMP_ROOM(double, 3 * n + m, &run->balance.row, &run->room.state),
+                       KMP_ROOM(double, m, &run->room.before_rows.nu, &run->room.before_dense.nu),
+                       KMP_ROOM(double, run->s->jacobian.count + m, &run->room.rows));
     if (run->spec.slopes && run->s->switches) {
         run->events.passed.caused = run->events.caused = KMP_ARENA_NEW(&run->arena, bool, run->s->events.count);
         made = made && run->events.caused;

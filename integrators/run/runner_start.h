@@ -60,6 +60,14 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: chosen by itself). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
+/** Keeps and gives back what evaluations for rows and polynomials leave as it was. */
+void kmp_runner_keep_loads(const kmp_runner *run, kmp_kept_loads *kept);
+void kmp_runner_give_loads(kmp_runner *run, const kmp_kept_loads *kept);
+
+/** The integrator's unknowns at t within its last step, and their derivatives for a DAE, to the room of the run. The
+ * polynomial is made when it is first asked for; then, too, the next evaluations begin where the step left them. */
+kempe_status kmp_runner_dense(kmp_runner *run, double t);
+
 /** A memory has the samples, modes and impacts of a run, which it needs to continue in addition to its state,
  * conditions and inputs: its size in bytes, and a copy. */
 size_t kmp_runner_memory_size(const kempe_system *system);

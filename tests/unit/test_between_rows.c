@@ -188,7 +188,8 @@ static void further_models(void)
  * the integrator left them, and evaluations for rows do not count when programs are made. */
 static void same_motion(void)
 {
-    static const char *const models[] = {"friction_five_bar", "friction_pin", "rubbing_pin", "guide_friction_carrier"};
+    static const char *const models[] = {"friction_five_bar", "friction_pin", "rubbing_pin", "guide_friction_carrier",
+                                         "friction_delayed"};
     static const method by[] = {{"projected", NULL, "dop853"},
                                 {"projected", NULL, "radau"},
                                 {"reduced", "integrated", "dop853"},
