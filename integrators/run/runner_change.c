@@ -549,9 +549,23 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
+/* Before inputs and states change at the state in run->room.state: a condition that has changed at t changes again with
+ * these alone, and not by the rounding of a restart. */
+static void note_conditions(kmp_runner *run, double t)
+{
+    if (run->events.tracker && run->sampler)
+        kmp_event_tracker_note(run->events.tracker, t, run->room.state, run->room.state + run->s->n);
+}
+
+static void forget_conditions(kmp_runner *run)
+{
+    if (run->events.tracker)
+        run->events.tracker->noted = false;
+}
+
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; an impact
- * of rounding size is not an impact. */
-static kempe_status pass_switch(kmp_runner *run, double t)
+ * of rounding size is not an impact. `event`: one has been found at t, otherwise inputs and states may change. */
+static kempe_status pass_switch(kmp_runner *run, double t, bool event)
 {
     double *q = run->room.state, work, energy, gain;
     bool same, plain = !run->eval->by_bodies && !run->eval->by_products;
@@ -560,7 +574,11 @@ static kempe_status pass_switch(kmp_runner *run, double t)
         note_event(run, t);
         KMP_TRY(keep_unknowns(run, t));
     }
-    KMP_TRY(switch_here(run, t, &energy, &gain, &same));
+    if (!event)
+        note_conditions(run, t);
+    kempe_status met = switch_here(run, t, &energy, &gain, &same);
+    forget_conditions(run);
+    KMP_TRY(met);
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after, KMP_CLOSURES_SWITCH, -energy, before);
@@ -621,7 +639,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return runner_end(run, t, run->events.tracker->end);
     const bool switches = run->s->switches && !keeps_rows(run, t);
     kmp_event_tracker *c = run->events.tracker;
-    kempe_status status = switches ? pass_switch(run, t) : kmp_event_tracker_pass(c, t, true);
+    kempe_status status = switches ? pass_switch(run, t, true) : kmp_event_tracker_pass(c, t, true);
     if (status == KEMPE_OK && !switches) /* the state there, on closed loops, into the unknowns */
         status = resume(run, t, c->q, c->qd, h);
     run->events.here = status != KEMPE_OK;
@@ -657,21 +675,21 @@ static kempe_status take_states(kmp_runner *run, double t,
     bool more = true;
     for (int k = 0; more && k <= run->s->model->state_count; k++) {
         KMP_TRY(pass(run, t, work));
-        KMP_TRY(runner_take_conditions(run, t));
         more = kmp_runner_meets_events(run);
     }
     return KEMPE_OK;
 }
 
-/* Passes of take_states: without closures that switch; with them; with them and a restart of the integrator. */
-static kempe_status pass_samples(kmp_runner *run, double t, double *work)
+/* Conditions that depend on inputs and states, after closures have met them. */
+static kempe_status take_conditions_again(kmp_runner *run, double t)
 {
-    (void)work;
-    kmp_runner_take_samples(run, t);
-    return KEMPE_OK;
+    note_conditions(run, t);
+    const kempe_status status = runner_take_conditions(run, t);
+    forget_conditions(run);
+    return status;
 }
 
-static kempe_status pass_closures(kmp_runner *run, double t, double *work)
+static kempe_status meet_here(kmp_runner *run, double t, double *work)
 {
     double energy, gain;
     bool same;
@@ -680,22 +698,37 @@ static kempe_status pass_closures(kmp_runner *run, double t, double *work)
     return KEMPE_OK;
 }
 
+/* Passes of take_states: without closures that switch; with them; with them and a restart of the integrator. */
+static kempe_status pass_samples(kmp_runner *run, double t, double *work)
+{
+    (void)work;
+    kmp_runner_take_samples(run, t);
+    return runner_take_conditions(run, t);
+}
+
+static kempe_status pass_closures(kmp_runner *run, double t, double *work)
+{
+    note_conditions(run, t);
+    const kempe_status met = meet_here(run, t, work);
+    forget_conditions(run);
+    return met == KEMPE_OK ? take_conditions_again(run, t) : met;
+}
+
 static kempe_status pass_restart(kmp_runner *run, double t, double *work)
 {
     (void)work;
     run->stops.anew = false;
-    return pass_switch(run, t);
+    KMP_TRY(pass_switch(run, t, false));
+    return take_conditions_again(run, t);
 }
 
 /* Takes inputs and states from t on, at the state in run->room.state. */
 static kempe_status renew_here(kmp_runner *run, double t)
 {
-    if (run->events.tracker && run->sampler)
-        kmp_event_tracker_note(run->events.tracker, t, run->room.state, run->room.state + run->s->n);
+    note_conditions(run, t);
     KMP_TRY(runner_take_inputs(run, t));
     KMP_TRY(take_states(run, t, pass_samples, NULL));
-    if (run->events.tracker)
-        run->events.tracker->noted = false;
+    forget_conditions(run);
     return KEMPE_OK;
 }
 
@@ -703,7 +736,7 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
 {
     *work = 0;
     if (event && run->s->switches)
-        KMP_TRY(pass_closures(run, t, work));
+        KMP_TRY(meet_here(run, t, work));
     else if (event)
         KMP_TRY(kmp_event_tracker_pass(run->events.tracker, t, false));
     if (!kmp_runner_meets_events(run) && event)

@@ -2557,6 +2557,12 @@ run: {t_end: 1}
                 "start: {qd: {A: 1}}\nrun: {t_end: 0.01, outputs: [q]}\n")
         self.assertEqual(sorted(self.object(0, "simulate", self.model(text))["q"]), ["A", "A_load1", "A_load2"])
 
+    def test_a_rise_is_counted_once(self):
+        """A state that an event changes, where friction by loads begins anew at each event: rounding at its instant is no further one."""
+        for level in "0.6", "1.1":
+            found = self.object(0, "simulate", ROOT / "tests/models/friction_counter.yaml", "--set", f"level={level}", "--no-convergence-check")
+            self.assertEqual(found["state"]["count"], 2, level)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")
