@@ -549,8 +549,8 @@ static double energy_of_rest(const kmp_runner *run)
     return kmp_eval_kinetic(run->eval, rates);
 }
 
-/* Before inputs and states change at the state in run->room.state: a condition that has changed at t changes again with
- * these alone, and not by the rounding of a restart. */
+/* Before inputs and states change at the state in run->room.state: a condition that has changed at t changes back if
+ * they change its value, and not by the rounding of a restart. */
 static void note_conditions(kmp_runner *run, double t)
 {
     if (run->events.tracker && run->sampler)
