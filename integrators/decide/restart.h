@@ -7,6 +7,10 @@
 
 /* A step within this multiple of the least one is not a measure of the next one. */
 #define KMP_RESTART_BRIEF 64
+/* An event within this part of a step from its beginning may be one of the step's polynomial, which is wrong there by
+ * the error of the step: the next step is shorter by a factor, and so on until the motion decides. */
+#define KMP_RESTART_SOON    1e-3
+#define KMP_RESTART_SHORTER 0.25
 
 /** The length with which a step between two times is made again up to the event within it; 0: it is not. The polynomial
  * of a step that meets equations which are not smooth is wrong before these too. At the end of a compliant contact
@@ -23,12 +27,13 @@ KMP_INLINE double kmp_restart_again(double from, double event, double to, bool p
 }
 
 /** The length of the step after an event at which rates may jump: the step across it, of which any part may lie
- * before the event. 0, to be chosen again, where it follows the beginning of that step at once, within `instant`: steps
- * of rounding size count as a motion that cannot continue. flight: of the flight before an impact, INFINITY: there is
- * none. */
+ * before the event, or a shorter one where the event is near its beginning. 0, to be chosen again, where it follows the
+ * beginning of that step at once, within `instant`: steps of rounding size count as a motion that cannot continue.
+ * flight: of the flight before an impact, INFINITY: there is none. */
 KMP_INLINE double kmp_restart_length(double step, double since, double instant, double flight)
 {
-    return fmin(since > instant ? step : 0, KMP_IMPACT_STEP * flight);
+    const double next = since < KMP_RESTART_SOON * step ? KMP_RESTART_SHORTER * step : step;
+    return fmin(since > instant ? next : 0, KMP_IMPACT_STEP * flight);
 }
 
 /** The length of a first step that is proposed at t; 0, to be chosen again, where the step before was cut short between

@@ -2563,6 +2563,14 @@ run: {t_end: 1}
             found = self.object(0, "simulate", ROOT / "tests/models/friction_counter.yaml", "--set", f"level={level}", "--no-convergence-check")
             self.assertEqual(found["state"]["count"], 2, level)
 
+    def test_polynomials_do_not_turn_a_slip(self):
+        """At a coarse tolerance the polynomial of a step begins against the motion that friction decided: the steps that follow are shorter. The error of energy is told."""
+        model = ROOT / "tests/models/friction_five_bar.yaml"
+        for formulation in "reduced", "projected":
+            found = self.object(5, "simulate", model, "--rtol", "1e-3", "--atol", "1e-3", "--integrator", "radau", "--formulation", formulation,
+                                "--max-steps", "1000", "--no-convergence-check")
+            self.assertAlmostEqual(found["q"]["ja0"], -0.783, delta=3e-3)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")
